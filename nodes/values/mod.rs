@@ -1,0 +1,1 @@
+//! How the values that flow on edges are stored: `Artifact` for scenes, cells, fields, meshes and files.

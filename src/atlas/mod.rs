@@ -1,0 +1,1 @@
+//! Packing charts into atlas pages with gutters that survive mip-maps.

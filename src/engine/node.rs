@@ -1,0 +1,326 @@
+//! Node kinds: the typed trait that a kind implements, and the object-safe form in which the engine holds it.
+//!
+//! Adding a kind means one type with [`Node`] and one line in `nodes/mod.rs`. Ports are declared with [`ports!`], which
+//! keeps their doc comments as data; a kind's own documentation is the doc comment of its `Params`.
+
+use super::artifact::{self, Artifact, DecodeError};
+use crate::{array::Bytes, math::Stop};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use serde_json::Value;
+use std::{any::Any, collections::BTreeMap, marker::PhantomData, path::Path, sync::Arc};
+
+/// A value in memory whose type the engine does not know.
+pub type Data = Arc<dyn Any + Send + Sync>;
+
+/// A type that flows on edges, as data.
+#[derive(Clone, Copy)]
+pub struct TypeInfo {
+    pub name: &'static str,
+    pub format: u32,
+    pub encode: fn(&Data) -> Vec<u8>,
+    pub decode: fn(Bytes) -> Result<Data, DecodeError>,
+}
+
+impl TypeInfo {
+    pub fn of<A: Artifact>() -> Self {
+        Self {
+            name: A::TYPE,
+            format: A::FORMAT,
+            encode: |data| artifact::to_bytes(data.downcast_ref::<A>().expect("ports are checked in the plan")),
+            decode: |bytes| Ok(Arc::new(artifact::from_bytes::<A>(bytes)?)),
+        }
+    }
+}
+
+/// How many values a port carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arity {
+    One,
+    /// An input that may be left out.
+    Optional,
+    /// A list; as an output it makes an axis, as an input it gathers.
+    Many {
+        may_be_empty: bool,
+    },
+}
+
+/// A port, as data.
+#[derive(Clone)]
+pub struct PortSpec {
+    pub name: &'static str,
+    /// Its doc comment.
+    pub doc: &'static str,
+    pub ty: TypeInfo,
+    pub arity: Arity,
+}
+
+/// A list of named values, sorted by name, names unique. `EMPTY` says whether it may be empty.
+pub struct List<A, const EMPTY: bool = false>(pub Vec<(String, Arc<A>)>);
+
+/// Values handed to or taken from a kind through one port.
+#[derive(Clone)]
+pub enum Slot {
+    One(Data),
+    /// An optional input that is absent.
+    Absent,
+    Many(Vec<(String, Data)>),
+}
+
+/// The type of a field in a [`ports!`] struct: `Arc<A>`, `Option<Arc<A>>` (inputs only) or `List<A>`.
+pub trait Port: Sized {
+    const ARITY: Arity;
+    fn type_info() -> TypeInfo;
+    fn from_slot(slot: Slot) -> Self;
+    fn into_slot(self) -> Slot;
+}
+
+fn downcast<A: Artifact>(data: Data) -> Arc<A> {
+    data.downcast().expect("ports are checked in the plan")
+}
+
+impl<A: Artifact> Port for Arc<A> {
+    const ARITY: Arity = Arity::One;
+    fn type_info() -> TypeInfo {
+        TypeInfo::of::<A>()
+    }
+    fn from_slot(slot: Slot) -> Self {
+        match slot {
+            Slot::One(data) => downcast(data),
+            _ => unreachable!("arity is checked in the plan"),
+        }
+    }
+    fn into_slot(self) -> Slot {
+        Slot::One(self)
+    }
+}
+
+impl<A: Artifact> Port for Option<Arc<A>> {
+    const ARITY: Arity = Arity::Optional;
+    fn type_info() -> TypeInfo {
+        TypeInfo::of::<A>()
+    }
+    fn from_slot(slot: Slot) -> Self {
+        match slot {
+            Slot::One(data) => Some(downcast(data)),
+            _ => None,
+        }
+    }
+    fn into_slot(self) -> Slot {
+        self.map_or(Slot::Absent, |a| Slot::One(a))
+    }
+}
+
+impl<A: Artifact, const EMPTY: bool> Port for List<A, EMPTY> {
+    const ARITY: Arity = Arity::Many { may_be_empty: EMPTY };
+    fn type_info() -> TypeInfo {
+        TypeInfo::of::<A>()
+    }
+    fn from_slot(slot: Slot) -> Self {
+        match slot {
+            Slot::Many(items) => Self(items.into_iter().map(|(n, d)| (n, downcast(d))).collect()),
+            _ => unreachable!("arity is checked in the plan"),
+        }
+    }
+    fn into_slot(self) -> Slot {
+        Slot::Many(self.0.into_iter().map(|(n, a)| (n, a as Data)).collect())
+    }
+}
+
+/// A struct of ports; implemented by [`ports!`].
+pub trait Ports: Sized {
+    fn specs() -> Vec<PortSpec>;
+    /// One slot per port, in the order of `specs`.
+    fn from_slots(slots: Vec<Slot>) -> Self;
+    fn into_slots(self) -> Vec<Slot>;
+}
+
+/// Declares a struct of ports whose fields' doc comments become data.
+#[macro_export]
+macro_rules! ports {
+    ($(#[doc = $sdoc:literal])* $vis:vis struct $name:ident { $($(#[doc = $doc:literal])+ $field:ident : $ty:ty),* $(,)? }) => {
+        $(#[doc = $sdoc])*
+        $vis struct $name { $($(#[doc = $doc])+ pub $field: $ty),* }
+        impl $crate::engine::node::Ports for $name {
+            fn specs() -> Vec<$crate::engine::node::PortSpec> {
+                vec![$($crate::engine::node::PortSpec {
+                    name: stringify!($field),
+                    doc: concat!($($doc, "\n"),+).trim_ascii(),
+                    ty: <$ty as $crate::engine::node::Port>::type_info(),
+                    arity: <$ty as $crate::engine::node::Port>::ARITY,
+                }),*]
+            }
+            #[expect(clippy::allow_attributes, reason = "a struct without ports uses none of these")]
+            #[allow(unused_mut, unused_variables)]
+            fn from_slots(slots: Vec<$crate::engine::node::Slot>) -> Self {
+                let mut slots = slots.into_iter();
+                Self { $($field: $crate::engine::node::Port::from_slot(slots.next().expect("one slot per port"))),* }
+            }
+            fn into_slots(self) -> Vec<$crate::engine::node::Slot> {
+                vec![$($crate::engine::node::Port::into_slot(self.$field)),*]
+            }
+        }
+    };
+}
+
+/// Why a run gave no result.
+#[derive(Debug, thiserror::Error)]
+pub enum NodeError {
+    /// A message for the user: what was expected, what was found, what to do.
+    #[error("{0}")]
+    Failed(String),
+    #[error(transparent)]
+    Stopped(#[from] crate::math::Stopped),
+}
+
+impl NodeError {
+    /// Any error as a message, with its causes.
+    pub fn from_error(e: &dyn std::error::Error) -> Self {
+        let mut text = e.to_string();
+        let mut cause = e.source();
+        while let Some(c) = cause {
+            text = format!("{text}: {c}");
+            cause = c.source();
+        }
+        Self::Failed(text)
+    }
+}
+
+/// The one door through which kinds read the outside world. What passes is recorded by name and content hash,
+/// absent files too.
+pub trait Door: Sync {
+    /// The file's bytes; `Ok(None)` where there is no such file.
+    fn read(&self, path: &Path) -> Result<Option<Bytes>, NodeError>;
+}
+
+/// What a run may use besides its inputs.
+pub struct Ctx<'a> {
+    pub stop: &'a Stop,
+    pub door: &'a dyn Door,
+    /// The element's name, where the kind's `USES_NAME` is set and the node is mapped.
+    pub element: Option<&'a str>,
+    /// Receives what the user should know although the run succeeds; stored with the result, repeated on a hit.
+    pub warn: &'a (dyn Fn(String) + Sync),
+}
+
+/// A path parameter that names a file of the outside world: not part of the key, resolved against the
+/// folder of the file that gives it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct SourcePath(pub String);
+
+impl JsonSchema for SourcePath {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "SourcePath".into()
+    }
+    fn inline_schema() -> bool {
+        true
+    }
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "type": "string", "format": "source-path" })
+    }
+}
+
+/// A node kind. `run` is a pure function of parameters, inputs and what it reads through the door.
+pub trait Node: Send + Sync + 'static {
+    const KIND: &'static str;
+    /// Increased whenever the same inputs give other bytes.
+    const VERSION: u32;
+    /// True where `run` calls C, C++ or other code whose results may depend on target and CPU.
+    const NATIVE: bool = false;
+    /// True where the element's name changes the result; it then enters the key.
+    const USES_NAME: bool = false;
+    /// Typed parameters; its doc comment documents the kind, its fields' comments the parameters.
+    /// `#[serde(default, deny_unknown_fields)]`; floats are f64.
+    type Params: Serialize + DeserializeOwned + JsonSchema + Send + Sync;
+    type In: Ports;
+    type Out: Ports;
+    /// Working memory in bytes, besides inputs and outputs, from the inputs' stored sizes (bytes, one per port).
+    fn memory(params: &Self::Params, sizes: &[u64]) -> u64;
+    /// What the types cannot say: ranges and combinations, checked before anything runs. `Err((parameter, message))`.
+    fn check(_params: &Self::Params) -> Result<(), (&'static str, String)> {
+        Ok(())
+    }
+    fn run(params: &Self::Params, inputs: Self::In, ctx: &Ctx) -> Result<Self::Out, NodeError>;
+}
+
+/// A kind, as data.
+#[derive(Clone)]
+pub struct KindSpec {
+    pub name: &'static str,
+    pub version: u32,
+    pub native: bool,
+    pub uses_name: bool,
+    pub inputs: Vec<PortSpec>,
+    pub outputs: Vec<PortSpec>,
+    /// JSON schema of the parameters (an object schema; `description` documents the kind).
+    pub params: Value,
+}
+
+/// The object-safe form of [`Node`].
+pub trait Kind: Send + Sync {
+    fn spec(&self) -> &KindSpec;
+    /// Typed parameters re-serialised: defaults filled in, field order that of the type.
+    fn normalise(&self, params: &Value) -> Result<Value, serde_json::Error>;
+    fn check(&self, params: &Value) -> Result<(), (&'static str, String)>;
+    fn memory(&self, params: &Value, sizes: &[u64]) -> u64;
+    fn run(&self, params: &Value, inputs: Vec<Slot>, ctx: &Ctx) -> Result<Vec<Slot>, NodeError>;
+}
+
+struct Erased<N>(KindSpec, PhantomData<fn() -> N>);
+
+/// The object-safe form of kind `N`.
+pub fn kind<N: Node>() -> Arc<dyn Kind> {
+    let spec = KindSpec {
+        name: N::KIND,
+        version: N::VERSION,
+        native: N::NATIVE,
+        uses_name: N::USES_NAME,
+        inputs: N::In::specs(),
+        outputs: N::Out::specs(),
+        params: schemars::schema_for!(N::Params).to_value(),
+    };
+    Arc::new(Erased::<N>(spec, PhantomData))
+}
+
+impl<N: Node> Erased<N> {
+    fn typed(params: &Value) -> N::Params {
+        serde_json::from_value(params.clone()).expect("parameters are normalised in the plan")
+    }
+}
+
+impl<N: Node> Kind for Erased<N> {
+    fn spec(&self) -> &KindSpec {
+        &self.0
+    }
+    fn normalise(&self, params: &Value) -> Result<Value, serde_json::Error> {
+        serde_json::to_value(serde_json::from_value::<N::Params>(params.clone())?)
+    }
+    fn check(&self, params: &Value) -> Result<(), (&'static str, String)> {
+        N::check(&Self::typed(params))
+    }
+    fn memory(&self, params: &Value, sizes: &[u64]) -> u64 {
+        N::memory(&Self::typed(params), sizes)
+    }
+    fn run(&self, params: &Value, inputs: Vec<Slot>, ctx: &Ctx) -> Result<Vec<Slot>, NodeError> {
+        Ok(N::run(&Self::typed(params), N::In::from_slots(inputs), ctx)?.into_slots())
+    }
+}
+
+/// The kinds that a program knows. A value: tests add their own.
+#[derive(Clone, Default)]
+pub struct Registry(BTreeMap<&'static str, Arc<dyn Kind>>);
+
+impl Registry {
+    pub fn add<N: Node>(&mut self) {
+        let old = self.0.insert(N::KIND, kind::<N>());
+        assert!(old.is_none(), "kind {} is registered twice", N::KIND);
+    }
+    pub fn get(&self, name: &str) -> Option<&Arc<dyn Kind>> {
+        self.0.get(name)
+    }
+    /// All kinds, sorted by name.
+    pub fn iter(&self) -> impl Iterator<Item = &Arc<dyn Kind>> {
+        self.0.values()
+    }
+}

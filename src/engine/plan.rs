@@ -1,0 +1,121 @@
+//! The plan: a checked pipeline, ready to run. Everything in it has passed validation: ports exist and agree in type
+//! and arity, parameters are typed, there is no cycle, nodes come after what they read.
+
+use super::{
+    artifact::{Artifact, DecodeError, Decoder, Encoder},
+    node::Kind,
+};
+use serde_json::Value;
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
+
+/// A node's number in [`Plan::nodes`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct NodeId(pub u32);
+
+/// Output port `port` of node `node`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct OutputRef {
+    pub node: NodeId,
+    pub port: u32,
+}
+
+/// An axis is named by the list output that made it.
+pub type Axis = OutputRef;
+
+/// A checked pipeline.
+#[derive(Clone)]
+pub struct Plan {
+    /// `[pipeline] name`: also the folder below `out/`.
+    pub name: String,
+    /// The pipeline file, as given.
+    pub file: PathBuf,
+    /// In an order in which every node follows what it reads.
+    pub nodes: Vec<PlanNode>,
+    /// What `[files]` publishes, in the order of the file.
+    pub files: Vec<Publish>,
+    /// What `[require]` demands.
+    pub require: Vec<Requirement>,
+}
+
+#[derive(Clone)]
+pub struct PlanNode {
+    /// Unique; `part/node` inside a sub-pipeline.
+    pub name: String,
+    pub kind: Arc<dyn Kind>,
+    /// Normalised (see [`Kind::normalise`]); source paths are absolute.
+    pub params: Value,
+    /// One entry per input port of the kind, in its order.
+    pub inputs: Vec<PlanInput>,
+    /// The axes over which the node is mapped, in a fixed order; empty: it runs once.
+    /// A list output's axes are these followed by its own.
+    pub axes: Vec<Axis>,
+    /// Elements missing on one side of a join are dropped instead of being an error.
+    pub join_inner: bool,
+}
+
+#[derive(Clone, Debug, Default)]
+pub struct PlanInput {
+    /// `None`: an optional port that is absent.
+    pub from: Option<OutputRef>,
+    /// The axes of `from`, in its order.
+    pub axes: Vec<Axis>,
+    /// A `Relation` output: of the list `from` only the elements related to this node's element are gathered.
+    pub via: Option<OutputRef>,
+    /// For a list port: which of `axes` are gathered (all but those in the node's own `axes`).
+    pub gathered: Vec<Axis>,
+}
+
+/// One entry of `[files]`.
+#[derive(Clone, Debug)]
+pub struct Publish {
+    /// Path below the output folder with `/`; `{name}` stands for the element's name where `from` is a list.
+    pub path: String,
+    /// An output of type `File`.
+    pub from: OutputRef,
+}
+
+/// One bound from `[require]`.
+#[derive(Clone, Debug)]
+pub struct Requirement {
+    /// The node whose output of type `File` named `certificate` is judged.
+    pub from: OutputRef,
+    /// Path into its JSON, such as `crack_px.total`.
+    pub path: String,
+    pub min: Option<f64>,
+    pub max: Option<f64>,
+}
+
+/// Names related to names: neighbours, clusters, children.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Relation(pub BTreeMap<String, Vec<String>>);
+
+impl Artifact for Relation {
+    const TYPE: &'static str = "Relation";
+    const FORMAT: u32 = 1;
+    fn encode(&self, out: &mut Encoder) {
+        out.json("names", &self.0);
+    }
+    fn decode(data: &Decoder) -> Result<Self, DecodeError> {
+        Ok(Self(data.json("names")?))
+    }
+}
+
+/// Bytes that leave the engine as a file. `[files]` publishes values of this type.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct File {
+    /// Such as `model/gltf-binary`.
+    pub media_type: String,
+    pub bytes: Vec<u8>,
+}
+
+impl Artifact for File {
+    const TYPE: &'static str = "File";
+    const FORMAT: u32 = 1;
+    fn encode(&self, out: &mut Encoder) {
+        out.json("media_type", &self.media_type);
+        out.bytes("bytes", self.bytes.clone());
+    }
+    fn decode(data: &Decoder) -> Result<Self, DecodeError> {
+        Ok(Self { media_type: data.json("media_type")?, bytes: data.bytes("bytes")?.to_vec() })
+    }
+}

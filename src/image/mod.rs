@@ -1,0 +1,1 @@
+//! Pictures: linear and sRGB colour, filters, and the measures that compare two of them.

@@ -1,0 +1,11 @@
+//! Small mathematics shared by the algorithm folders: views, boxes, deterministic functions.
+//!
+//! Transcendental functions come from `libm`, never from the platform, so that bytes agree between machines.
+
+pub mod bounds;
+pub mod stop;
+pub mod view;
+
+pub use bounds::Aabb;
+pub use stop::{Stop, Stopped};
+pub use view::{Projection, View};
