@@ -17,7 +17,11 @@ pub struct Array<T: Pod>(Store<T>);
 enum Store<T> {
     Owned(Arc<Vec<T>>),
     /// `bytes[start..start + len * size_of::<T>()]`, checked at construction for bounds and alignment.
-    Lent { bytes: Bytes, start: usize, len: usize },
+    Lent {
+        bytes: Bytes,
+        start: usize,
+        len: usize,
+    },
 }
 
 impl<T: Pod> Array<T> {

@@ -1,1 +1,5 @@
-//! How the values that flow on edges are stored: `Artifact` for scenes, cells, fields, meshes and files.
+//! How the values that flow on edges are stored: `Artifact` for scenes, cells, fields, meshes and bounds.
+
+mod bound;
+
+pub use bound::Bound;

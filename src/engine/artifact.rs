@@ -129,7 +129,10 @@ impl Decoder {
         }
         let (found, version) = (c.str()?, c.u32()?);
         if (found, version) != (ty, format) {
-            return Err(DecodeError::Type { expected: format!("{ty} v{format}"), found: format!("{found} v{version}") });
+            return Err(DecodeError::Type {
+                expected: format!("{ty} v{format}"),
+                found: format!("{found} v{version}"),
+            });
         }
         let count = c.u32()?;
         let mut sections = Vec::new();

@@ -31,7 +31,16 @@ pub struct View {
 impl View {
     /// A symmetric perspective view from `eye` towards `target`; `fov_y` in radians.
     /// `up` is replaced by another axis where it is parallel to the direction of view.
-    pub fn look_at(eye: DVec3, target: DVec3, up: DVec3, fov_y: f64, width: u32, height: u32, near: f64, far: f64) -> Self {
+    pub fn look_at(
+        eye: DVec3,
+        target: DVec3,
+        up: DVec3,
+        fov_y: f64,
+        width: u32,
+        height: u32,
+        near: f64,
+        far: f64,
+    ) -> Self {
         let forward = (target - eye).normalize();
         let up = if forward.cross(up).length_squared() < 1e-12 { DVec3::Z } else { up };
         let right = forward.cross(up).normalize();

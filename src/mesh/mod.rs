@@ -20,4 +20,6 @@ pub struct ChartedMesh {
     pub color: Array<[u8; 4]>,
     /// World-space normals as RGB = (n + 1)/2 · 255 in the same layout, or empty.
     pub normal: Array<[u8; 4]>,
+    /// The largest displacement on the screen that the method allows for this mesh, pixels of the output image.
+    pub bound_px: f64,
 }

@@ -94,7 +94,9 @@ impl Default for Material {
 pub enum Alpha {
     Opaque,
     /// Texels below the cutoff are holes.
-    Mask { cutoff: f32 },
+    Mask {
+        cutoff: f32,
+    },
     /// Counts as a mask at 0.5 in farfield's rasteriser.
     Blend,
 }

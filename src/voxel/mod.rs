@@ -108,4 +108,6 @@ pub struct VoxelMesh {
     pub cover: Array<u32>,
     /// This mesh's own voxels, sorted by (layer, y, x).
     pub voxels: Array<Voxel>,
+    /// By which factor the voxel boxes were enlarged when the mesh was simplified (section 6); 0: not simplified.
+    pub factor: f64,
 }
