@@ -3,6 +3,11 @@
 //! Every frustum has its own *voxel space*: x to the right, y down, in pixels of the frustum's image, z the layer
 //! number, 0 the nearest. One step of a layer and one pixel have the same length there (section 4.3).
 
+mod assemble;
+pub mod cover_mesh;
+pub mod touch;
+mod validate;
+
 use crate::array::Array;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
