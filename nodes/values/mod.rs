@@ -1,5 +1,7 @@
 //! How the values that flow on edges are stored: `Artifact` for scenes, cells, fields, meshes and bounds.
 
 mod bound;
+mod slices;
+mod view_cell;
 
 pub use bound::Bound;
