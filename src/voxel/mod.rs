@@ -7,6 +7,8 @@ mod assemble;
 pub mod cover_mesh;
 pub mod touch;
 mod validate;
+pub mod layers;
+pub mod valid;
 
 use crate::array::Array;
 use bytemuck::{Pod, Zeroable};
