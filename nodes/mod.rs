@@ -2,6 +2,7 @@
 
 pub mod collapse;
 pub mod values;
+pub mod voxel_mesh;
 
 use crate::engine::node::Registry;
 
@@ -9,5 +10,6 @@ use crate::engine::node::Registry;
 pub fn registry() -> Registry {
     let mut r = Registry::default();
     r.add::<collapse::Collapse>();
+    r.add::<voxel_mesh::VoxelMeshNode>();
     r
 }

@@ -22,16 +22,20 @@ impl Solid {
         inside.then_some(((l * h + y) * w + x) as usize)
     }
 
-    /// Fills what the parallelogram `origin + s·u + t·v` passes through; z in layers.
+    /// Fills what the parallelogram `origin + s·u + t·v` passes through; z in layers. Where it passes from one layer to the
+    /// next, both are filled, as `render-slices` does along the borders.
     pub fn patch(&mut self, origin: [f64; 3], u: [f64; 3], v: [f64; 3]) {
         let steps = |d: [f64; 3]| (d.iter().map(|c| c.abs()).fold(0.0, f64::max) * 4.0).ceil().max(1.0) as u32;
         let (m, n) = (steps(u), steps(v));
+        let reach = u[2].abs() / f64::from(m) + v[2].abs() / f64::from(n);
         for i in 0..=m {
             for j in 0..=n {
                 let (s, t) = (f64::from(i) / f64::from(m), f64::from(j) / f64::from(n));
                 let p: [f64; 3] = std::array::from_fn(|k| origin[k] + s * u[k] + t * v[k]);
-                if let Some(i) = self.at(p[0].floor() as i64, p[1].floor() as i64, (p[2] + 0.5).floor() as i64) {
-                    self.filled[i] = true;
+                for z in [p[2] + 0.5 - reach, p[2] + 0.5 + reach] {
+                    if let Some(i) = self.at(p[0].floor() as i64, p[1].floor() as i64, z.floor() as i64) {
+                        self.filled[i] = true;
+                    }
                 }
             }
         }

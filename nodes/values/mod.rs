@@ -1,8 +1,8 @@
 //! How the values that flow on edges are stored: `Artifact` for scenes, cells, fields, meshes and bounds.
 
 mod bound;
-mod voxel_mesh;
 mod slices;
 mod view_cell;
+mod voxel_mesh;
 
 pub use bound::Bound;

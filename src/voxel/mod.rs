@@ -5,10 +5,10 @@
 
 mod assemble;
 pub mod cover_mesh;
-pub mod touch;
-mod validate;
 pub mod layers;
+pub mod touch;
 pub mod valid;
+mod voxel_mesh;
 
 use crate::array::Array;
 use bytemuck::{Pod, Zeroable};
@@ -118,3 +118,6 @@ pub struct VoxelMesh {
     /// By which factor the voxel boxes were enlarged when the mesh was simplified (section 6); 0: not simplified.
     pub factor: f64,
 }
+
+#[cfg(test)]
+mod cover_tests;
