@@ -2,7 +2,9 @@
 
 mod load_scene;
 mod make_scene;
+pub mod collapse;
 pub mod values;
+pub mod voxel_mesh;
 
 use crate::engine::node::Registry;
 
@@ -11,5 +13,7 @@ pub fn registry() -> Registry {
     let mut r = Registry::default();
     r.add::<load_scene::LoadScene>();
     r.add::<make_scene::MakeScene>();
+    r.add::<collapse::Collapse>();
+    r.add::<voxel_mesh::VoxelMeshNode>();
     r
 }

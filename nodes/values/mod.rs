@@ -2,5 +2,8 @@
 
 mod bound;
 mod scene;
+mod slices;
+mod view_cell;
+mod voxel_mesh;
 
 pub use bound::Bound;
