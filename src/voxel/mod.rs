@@ -3,6 +3,7 @@
 //! Every frustum has its own *voxel space*: x to the right, y down, in pixels of the frustum's image, z the layer
 //! number, 0 the nearest. One step of a layer and one pixel have the same length there (section 4.3).
 
+pub mod field_scene;
 pub mod lattice;
 pub mod reproject;
 pub mod resample;
