@@ -2,5 +2,6 @@
 
 mod bound;
 mod charted_mesh;
+mod scene;
 
 pub use bound::Bound;
