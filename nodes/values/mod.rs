@@ -3,5 +3,7 @@
 mod bound;
 mod charted_mesh;
 mod scene;
+mod slices;
+mod view_cell;
 
 pub use bound::Bound;

@@ -9,6 +9,8 @@ pub mod reproject;
 pub mod resample;
 #[cfg(test)]
 pub mod testing;
+pub mod layers;
+pub mod valid;
 
 use crate::array::Array;
 use bytemuck::{Pod, Zeroable};
