@@ -3,6 +3,7 @@
 mod bound;
 mod charted_mesh;
 mod scene;
+mod voxel_mesh;
 mod slices;
 mod view_cell;
 

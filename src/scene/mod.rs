@@ -6,6 +6,7 @@
 
 pub mod names;
 pub mod tables;
+pub mod builtin;
 
 use crate::{array::Array, math::Aabb};
 use glam::{Mat4, Vec3};

@@ -9,6 +9,10 @@ pub mod reproject;
 pub mod resample;
 #[cfg(test)]
 pub mod testing;
+mod assemble;
+pub mod cover_mesh;
+pub mod touch;
+mod validate;
 pub mod layers;
 pub mod valid;
 
