@@ -1,6 +1,9 @@
 //! The node kinds: thin adapters between the engine and the algorithms, one file or folder each.
 
 pub mod collapse;
+mod field_scene;
+mod pack_atlas;
+mod resample;
 pub mod values;
 
 use crate::engine::node::Registry;
@@ -9,5 +12,8 @@ use crate::engine::node::Registry;
 pub fn registry() -> Registry {
     let mut r = Registry::default();
     r.add::<collapse::Collapse>();
+    r.add::<field_scene::FieldScene>();
+    r.add::<pack_atlas::PackAtlas>();
+    r.add::<resample::Resample>();
     r
 }

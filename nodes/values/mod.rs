@@ -3,8 +3,8 @@
 mod bound;
 mod charted_mesh;
 mod scene;
-mod voxel_mesh;
 mod slices;
 mod view_cell;
+mod voxel_mesh;
 
 pub use bound::Bound;

@@ -3,18 +3,18 @@
 //! Every frustum has its own *voxel space*: x to the right, y down, in pixels of the frustum's image, z the layer
 //! number, 0 the nearest. One step of a layer and one pixel have the same length there (section 4.3).
 
+mod assemble;
+pub mod cover_mesh;
 pub mod field_scene;
 pub mod lattice;
+pub mod layers;
 pub mod reproject;
 pub mod resample;
 #[cfg(test)]
 pub mod testing;
-mod assemble;
-pub mod cover_mesh;
 pub mod touch;
-mod validate;
-pub mod layers;
 pub mod valid;
+mod validate;
 
 use crate::array::Array;
 use bytemuck::{Pod, Zeroable};
