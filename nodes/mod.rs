@@ -3,6 +3,9 @@
 mod load_scene;
 mod make_scene;
 pub mod collapse;
+mod field_scene;
+mod pack_atlas;
+mod resample;
 pub mod values;
 pub mod voxel_mesh;
 
@@ -15,5 +18,8 @@ pub fn registry() -> Registry {
     r.add::<make_scene::MakeScene>();
     r.add::<collapse::Collapse>();
     r.add::<voxel_mesh::VoxelMeshNode>();
+    r.add::<field_scene::FieldScene>();
+    r.add::<pack_atlas::PackAtlas>();
+    r.add::<resample::Resample>();
     r
 }

@@ -9,6 +9,16 @@ pub mod layers;
 pub mod touch;
 pub mod valid;
 mod voxel_mesh;
+pub mod field_scene;
+pub mod lattice;
+pub mod layers;
+pub mod reproject;
+pub mod resample;
+#[cfg(test)]
+pub mod testing;
+pub mod touch;
+pub mod valid;
+mod validate;
 
 use crate::array::Array;
 use bytemuck::{Pod, Zeroable};
