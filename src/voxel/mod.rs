@@ -5,10 +5,6 @@
 
 mod assemble;
 pub mod cover_mesh;
-pub mod layers;
-pub mod touch;
-pub mod valid;
-mod voxel_mesh;
 pub mod field_scene;
 pub mod lattice;
 pub mod layers;
@@ -18,7 +14,7 @@ pub mod resample;
 pub mod testing;
 pub mod touch;
 pub mod valid;
-mod validate;
+mod voxel_mesh;
 
 use crate::array::Array;
 use bytemuck::{Pod, Zeroable};
