@@ -2,7 +2,9 @@
 
 mod load_scene;
 mod make_scene;
+mod select_objects;
 pub mod values;
+mod write_glb;
 
 use crate::engine::node::Registry;
 
@@ -11,5 +13,7 @@ pub fn registry() -> Registry {
     let mut r = Registry::default();
     r.add::<load_scene::LoadScene>();
     r.add::<make_scene::MakeScene>();
+    r.add::<select_objects::SelectObjects>();
+    r.add::<write_glb::WriteGlb>();
     r
 }
