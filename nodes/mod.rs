@@ -5,6 +5,12 @@ mod make_scene;
 mod select_objects;
 pub mod values;
 mod write_glb;
+pub mod collapse;
+mod field_scene;
+mod pack_atlas;
+mod resample;
+pub mod values;
+pub mod voxel_mesh;
 
 use crate::engine::node::Registry;
 
@@ -15,5 +21,10 @@ pub fn registry() -> Registry {
     r.add::<make_scene::MakeScene>();
     r.add::<select_objects::SelectObjects>();
     r.add::<write_glb::WriteGlb>();
+    r.add::<collapse::Collapse>();
+    r.add::<voxel_mesh::VoxelMeshNode>();
+    r.add::<field_scene::FieldScene>();
+    r.add::<pack_atlas::PackAtlas>();
+    r.add::<resample::Resample>();
     r
 }
