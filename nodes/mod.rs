@@ -2,6 +2,9 @@
 
 mod load_scene;
 mod make_scene;
+mod select_objects;
+pub mod values;
+mod write_glb;
 pub mod collapse;
 mod field_scene;
 mod pack_atlas;
@@ -16,6 +19,8 @@ pub fn registry() -> Registry {
     let mut r = Registry::default();
     r.add::<load_scene::LoadScene>();
     r.add::<make_scene::MakeScene>();
+    r.add::<select_objects::SelectObjects>();
+    r.add::<write_glb::WriteGlb>();
     r.add::<collapse::Collapse>();
     r.add::<voxel_mesh::VoxelMeshNode>();
     r.add::<field_scene::FieldScene>();
