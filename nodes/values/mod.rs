@@ -3,5 +3,6 @@
 mod bound;
 mod slices;
 mod view_cell;
+mod scene;
 
 pub use bound::Bound;

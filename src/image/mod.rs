@@ -1,1 +1,6 @@
 //! Pictures: linear and sRGB colour, filters, and the measures that compare two of them.
+
+pub mod picture;
+pub mod srgb;
+
+pub use picture::{Picture, PictureError, load_png, save_png};
