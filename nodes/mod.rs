@@ -1,10 +1,15 @@
 //! The node kinds: thin adapters between the engine and the algorithms, one file or folder each.
 
+mod load_scene;
+mod make_scene;
 pub mod values;
 
 use crate::engine::node::Registry;
 
 /// Every kind that the program knows.
 pub fn registry() -> Registry {
-    Registry::default()
+    let mut r = Registry::default();
+    r.add::<load_scene::LoadScene>();
+    r.add::<make_scene::MakeScene>();
+    r
 }
