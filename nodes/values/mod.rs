@@ -2,5 +2,7 @@
 
 mod bound;
 mod scene;
+mod slices;
+mod view_cell;
 
 pub use bound::Bound;
