@@ -1,16 +1,15 @@
 //! The node kinds: thin adapters between the engine and the algorithms, one file or folder each.
 
-mod load_scene;
-mod make_scene;
-mod select_objects;
-pub mod values;
-mod write_glb;
 pub mod collapse;
 mod field_scene;
+mod load_scene;
+mod make_scene;
 mod pack_atlas;
 mod resample;
+mod select_objects;
 pub mod values;
 pub mod voxel_mesh;
+mod write_glb;
 
 use crate::engine::node::Registry;
 
