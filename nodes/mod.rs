@@ -2,7 +2,9 @@
 
 mod load_scene;
 mod make_scene;
+mod render_slices;
 pub mod values;
+mod view_cell;
 
 use crate::engine::node::Registry;
 
@@ -11,5 +13,7 @@ pub fn registry() -> Registry {
     let mut r = Registry::default();
     r.add::<load_scene::LoadScene>();
     r.add::<make_scene::MakeScene>();
+    r.add::<view_cell::ViewCell>();
+    r.add::<render_slices::RenderSlices>();
     r
 }

@@ -3,7 +3,11 @@
 //! Every frustum has its own *voxel space*: x to the right, y down, in pixels of the frustum's image, z the layer
 //! number, 0 the nearest. One step of a layer and one pixel have the same length there (section 4.3).
 
+pub mod frusta;
 pub mod layers;
+pub mod near;
+pub mod overlap;
+pub mod slicing;
 pub mod valid;
 
 use crate::array::Array;
