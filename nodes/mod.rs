@@ -10,6 +10,9 @@ mod select_objects;
 pub mod values;
 pub mod voxel_mesh;
 mod write_glb;
+mod render_slices;
+pub mod values;
+mod view_cell;
 
 use crate::engine::node::Registry;
 
@@ -25,5 +28,7 @@ pub fn registry() -> Registry {
     r.add::<field_scene::FieldScene>();
     r.add::<pack_atlas::PackAtlas>();
     r.add::<resample::Resample>();
+    r.add::<view_cell::ViewCell>();
+    r.add::<render_slices::RenderSlices>();
     r
 }

@@ -6,5 +6,8 @@ mod scene;
 mod slices;
 mod view_cell;
 mod voxel_mesh;
+mod scene;
+mod slices;
+mod view_cell;
 
 pub use bound::Bound;
