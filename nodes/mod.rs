@@ -11,7 +11,6 @@ pub mod values;
 pub mod voxel_mesh;
 mod write_glb;
 mod render_slices;
-pub mod values;
 mod view_cell;
 
 use crate::engine::node::Registry;

@@ -6,8 +6,5 @@ mod scene;
 mod slices;
 mod view_cell;
 mod voxel_mesh;
-mod scene;
-mod slices;
-mod view_cell;
 
 pub use bound::Bound;

@@ -14,7 +14,6 @@ pub mod resample;
 pub mod testing;
 pub mod touch;
 pub mod frusta;
-pub mod layers;
 pub mod near;
 pub mod overlap;
 pub mod slicing;
