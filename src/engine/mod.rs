@@ -2,4 +2,5 @@
 
 pub mod artifact;
 pub mod node;
+pub mod pipeline;
 pub mod plan;
