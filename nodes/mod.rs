@@ -1,10 +1,25 @@
 //! The node kinds: thin adapters between the engine and the algorithms, one file or folder each.
 
+mod load_scene;
+mod make_scene;
+pub mod collapse;
+mod field_scene;
+mod pack_atlas;
+mod resample;
 pub mod values;
+pub mod voxel_mesh;
 
 use crate::engine::node::Registry;
 
 /// Every kind that the program knows.
 pub fn registry() -> Registry {
-    Registry::default()
+    let mut r = Registry::default();
+    r.add::<load_scene::LoadScene>();
+    r.add::<make_scene::MakeScene>();
+    r.add::<collapse::Collapse>();
+    r.add::<voxel_mesh::VoxelMeshNode>();
+    r.add::<field_scene::FieldScene>();
+    r.add::<pack_atlas::PackAtlas>();
+    r.add::<resample::Resample>();
+    r
 }
