@@ -1,9 +1,9 @@
 //! The node kinds: thin adapters between the engine and the algorithms, one file or folder each.
 
-mod load_scene;
-mod make_scene;
 pub mod collapse;
 mod field_scene;
+mod load_scene;
+mod make_scene;
 mod pack_atlas;
 mod resample;
 pub mod values;

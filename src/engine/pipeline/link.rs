@@ -78,6 +78,7 @@ pub fn link<'s>(
     draft: &'s Draft<'s>,
     registry: &Registry,
     values: &Values<'s>,
+    everywhere: &[(&str, Value)],
     problems: &mut Vec<Problem>,
 ) -> Links<'s> {
     let mut kinds: BTreeMap<&str, Rc<KindInfo>> = BTreeMap::new();
@@ -99,7 +100,7 @@ pub fn link<'s>(
     let mut links = Links { nodes };
     for (at, node) in draft.nodes.values().enumerate() {
         if let Some(info) = links.nodes[at].info.clone() {
-            links.keys(at, node, &info, values, problems);
+            links.keys(at, node, &info, values, everywhere, problems);
         }
     }
     links
@@ -158,6 +159,7 @@ impl<'s> Links<'s> {
         node: &DraftNode<'s>,
         info: &KindInfo,
         values: &Values<'s>,
+        everywhere: &[(&str, Value)],
         problems: &mut Vec<Problem>,
     ) {
         let before = problems.len();
@@ -196,6 +198,9 @@ impl<'s> Links<'s> {
                 let wanted = info.params.get(param).map(Ty::describe).unwrap_or_default();
                 problems.push(Problem::at(node.place, message, label).help(format!("{param} = …, {wanted}")));
             }
+        }
+        for (key, value) in everywhere.iter().filter(|(key, _)| info.params.contains_key(*key)) {
+            params.insert((*key).to_owned(), value.clone());
         }
         if problems.len() == before {
             self.nodes[at].params = judge(name, node, info, Value::Object(params), problems);

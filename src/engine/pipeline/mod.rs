@@ -49,6 +49,8 @@ pub struct Request<'a> {
     pub set: &'a [String],
     /// The pipelines that the program carries.
     pub stock: &'a [Stock],
+    /// Parameters that every node gets whose kind has them, over what the file says.
+    pub everywhere: &'a [(&'a str, serde_json::Value)],
 }
 
 /// Reads and checks a pipeline. The error holds everything that is wrong with it.
@@ -96,7 +98,7 @@ fn check(top: Source, path: &Path, request: &Request, registry: &Registry) -> Re
     let mut draft = draft::merge(&layers, &mut problems);
     let owners = |draft: &Draft, param: &str| owners(draft, param, registry);
     draft::apply(&mut draft, &arguments, owners, &mut problems);
-    let plan = resolve(&draft, &sources, &stem, path, registry, &mut problems);
+    let plan = resolve(&draft, &sources, &stem, path, request.everywhere, registry, &mut problems);
     match plan {
         Some(plan) if problems.is_empty() => Ok(plan),
         _ => Err(Problems::new(sources, problems)),
@@ -117,6 +119,7 @@ fn resolve(
     sources: &Sources,
     stem: &str,
     path: &Path,
+    everywhere: &[(&str, serde_json::Value)],
     registry: &Registry,
     problems: &mut Vec<Problem>,
 ) -> Option<Plan> {
@@ -127,7 +130,7 @@ fn resolve(
             "a node is a table such as [nodes.load] with kind = \"load-scene\"; `farfield nodes` lists the kinds";
         problems.push(Problem::at(Place::default(), "the pipeline has no nodes", "nothing to bake").help(help));
     }
-    let links = link::link(draft, registry, &values, problems);
+    let links = link::link(draft, registry, &values, everywhere, problems);
     let order = order::order(&links, problems);
     let known = axes::infer(&links, &order, problems);
     publish::outputs(draft, &links, problems);
