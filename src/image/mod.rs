@@ -5,4 +5,3 @@ pub mod picture;
 pub mod srgb;
 
 pub use picture::{Picture, PictureError, load_png, save_png};
-pub mod srgb;
