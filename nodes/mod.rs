@@ -4,6 +4,8 @@ pub mod collapse;
 mod field_scene;
 mod pack_atlas;
 mod resample;
+mod load_scene;
+mod make_scene;
 pub mod values;
 
 use crate::engine::node::Registry;
@@ -15,5 +17,7 @@ pub fn registry() -> Registry {
     r.add::<field_scene::FieldScene>();
     r.add::<pack_atlas::PackAtlas>();
     r.add::<resample::Resample>();
+    r.add::<load_scene::LoadScene>();
+    r.add::<make_scene::MakeScene>();
     r
 }
