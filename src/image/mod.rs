@@ -1,6 +1,5 @@
 //! Pictures: linear and sRGB colour, filters, and the measures that compare two of them.
 
-pub mod srgb;
 pub mod picture;
 pub mod srgb;
 
