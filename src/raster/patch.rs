@@ -90,7 +90,7 @@ impl<'a> Last<'a> {
     fn new(prepared: &'a Prepared<'a>, triangle: u32) -> Self {
         let draw = prepared.geometry.draw_of(triangle);
         let local = triangle - draw.first;
-        let corners = draw.corners(local).map(|p| prepared.camera.from_world(p));
+        let corners = draw.corners(local).map(|p| prepared.camera.world_to_camera(p));
         let factor = draw.material.base_color[3];
         let indices = draw.mesh.triangles[local as usize];
         Self {
