@@ -102,9 +102,11 @@ fn node(links: &Links, at: usize, known: &[Option<NodeAxes>], problems: &mut Vec
         }
     }
     groups.sort_by_key(|g| g.1);
+    let sound = problems.len() == before;
+    // What is wrong with the way the inputs meet leaves the axes as they are.
     crossing(links, at, &groups, problems);
     relations(links, at, &mapped, known, problems);
-    (problems.len() == before).then_some(NodeAxes { mapped, inputs, gathered })
+    sound.then_some(NodeAxes { mapped, inputs, gathered })
 }
 
 fn no_list(links: &Links, port: &str, from: Output, place: Place) -> Problem {
