@@ -39,12 +39,17 @@ fn everything_is_documented() {
 #[test]
 fn names_are_plain_and_told_apart() {
     each(|spec| {
-        let plain = |s: &str, dash: char| s.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b as char == dash);
+        let plain =
+            |s: &str, dash: char| s.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b as char == dash);
         assert!(plain(spec.name, '-'), "{}", spec.name);
         let mut seen: BTreeSet<String> = OWN_KEYS.iter().map(|k| (*k).to_owned()).collect();
         for name in spec.inputs.iter().map(|p| p.name.to_owned()).chain(parameter_names(spec)) {
             assert!(plain(&name, '_'), "{}: {name}", spec.name);
-            assert!(seen.insert(name.clone()), "{}: `{name}` is a port, a parameter or the engine's own word twice", spec.name);
+            assert!(
+                seen.insert(name.clone()),
+                "{}: `{name}` is a port, a parameter or the engine's own word twice",
+                spec.name
+            );
         }
         let mut seen = BTreeSet::new();
         assert!(spec.outputs.iter().all(|p| seen.insert(p.name)), "{}: two outputs of one name", spec.name);
