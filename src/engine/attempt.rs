@@ -104,7 +104,8 @@ impl Attempt<'_> {
             }
             outcome = Outcome::Interrupted;
         }
-        let nodes: Vec<NodeReport> = (0..plan.nodes.len()).filter(|n| self.wanted[*n]).map(|n| node(&schedule, n)).collect();
+        let nodes: Vec<NodeReport> =
+            (0..plan.nodes.len()).filter(|n| self.wanted[*n]).map(|n| node(&schedule, n)).collect();
         let mut ran = false;
         for n in 0..plan.nodes.len() {
             let trace = schedule.trace(n).inspect(|t| ran |= t.ran > 0);

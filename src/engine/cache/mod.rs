@@ -11,8 +11,8 @@ pub(super) mod index;
 pub mod lock;
 mod verify;
 
-pub use index::set_aside as set_index_aside;
 pub use gc::{Collected, Limits, gc};
+pub use index::set_aside as set_index_aside;
 pub use verify::{Stats, Verified, stats, verify};
 
 use super::{
@@ -267,7 +267,11 @@ impl Cache {
 
     fn wrote(&mut self) -> Result<(), EngineError> {
         self.pending.count += 1;
-        if self.pending.count >= BATCH.0 || self.flushed.elapsed().as_millis() > BATCH.1 { self.flush() } else { Ok(()) }
+        if self.pending.count >= BATCH.0 || self.flushed.elapsed().as_millis() > BATCH.1 {
+            self.flush()
+        } else {
+            Ok(())
+        }
     }
 
     /// True while results wait to be written.
@@ -365,7 +369,8 @@ impl Cache {
             self.db.execute_batch("BEGIN IMMEDIATE")?;
             let insert = "INSERT INTO bake(pipeline, folder, record) VALUES(?1, ?2, ?3)";
             self.db.execute(insert, params![pipeline, folder, record.to_bytes()])?;
-            self.db.execute("DELETE FROM bake WHERE id NOT IN (SELECT id FROM bake ORDER BY id DESC LIMIT ?1)", [BAKES])?;
+            self.db
+                .execute("DELETE FROM bake WHERE id NOT IN (SELECT id FROM bake ORDER BY id DESC LIMIT ?1)", [BAKES])?;
             self.db.execute_batch("COMMIT")
         };
         write().map_err(|e| {

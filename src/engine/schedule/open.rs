@@ -57,7 +57,8 @@ impl Schedule<'_> {
         let whole = (0..node.inputs.len()).all(|i| elements::takes_all(node, i));
         let state = &mut self.nodes[n];
         state.fixed = fixed;
-        state.key = if mapped { key::map(fixed, &inputs, &elements::shape(node)) } else { key::run(fixed, &inputs, None) };
+        state.key =
+            if mapped { key::map(fixed, &inputs, &elements::shape(node)) } else { key::run(fixed, &inputs, None) };
         state.inputs = inputs;
         debug_assert!(mapped || whole, "a node without axes takes whole lists");
         let forced = self.forced.contains(&n);
@@ -125,7 +126,8 @@ impl Schedule<'_> {
         let mut unmet = broken.clone();
         for (at, name) in names.into_iter().enumerate() {
             let parts: Vec<&str> = name.split(crate::engine::value::JOIN).collect();
-            let hit = |b: &Broken| node.axes.iter().zip(&parts).all(|(axis, part)| b.get(axis).is_none_or(|x| x == part));
+            let hit =
+                |b: &Broken| node.axes.iter().zip(&parts).all(|(axis, part)| b.get(axis).is_none_or(|x| x == part));
             if broken.iter().any(hit) {
                 unmet.retain(|b| !hit(b));
                 self.add_run(n, name, Digest::default(), State::Skipped, Cause::Missing, None);
@@ -215,18 +217,8 @@ impl Schedule<'_> {
             State::Failed => node.failed += 1,
             _ => {}
         }
-        let run = Run {
-            name,
-            key,
-            state,
-            cause,
-            outputs,
-            warnings,
-            missing: 0,
-            waiters: Vec::new(),
-            lock: None,
-            memory: 0,
-        };
+        let run =
+            Run { name, key, state, cause, outputs, warnings, missing: 0, waiters: Vec::new(), lock: None, memory: 0 };
         node.runs.push(run);
         RunId { node: n, run: node.runs.len() - 1 }
     }

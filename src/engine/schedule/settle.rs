@@ -247,7 +247,10 @@ impl Schedule<'_> {
         let losses = self.lost.entry(hash).or_default();
         *losses += 1;
         if *losses > LOSSES {
-            return Err(EngineError::cache(self.cache.root(), format!("value {} is lost again and again: {what}", hash.short())));
+            return Err(EngineError::cache(
+                self.cache.root(),
+                format!("value {} is lost again and again: {what}", hash.short()),
+            ));
         }
         if *losses == 1 {
             let text = format!("stored value {} is damaged ({what}); it is set aside and made again", hash.short());
