@@ -1,16 +1,16 @@
 //! The node kinds: thin adapters between the engine and the algorithms, one file or folder each.
 
-mod load_scene;
-mod make_scene;
-mod select_objects;
-pub mod values;
-mod write_glb;
 pub mod collapse;
 mod field_scene;
+mod load_scene;
+mod make_scene;
 mod pack_atlas;
 mod resample;
+mod select_objects;
+mod split_objects;
 pub mod values;
 pub mod voxel_mesh;
+mod write_glb;
 
 use crate::engine::node::Registry;
 
@@ -20,6 +20,7 @@ pub fn registry() -> Registry {
     r.add::<load_scene::LoadScene>();
     r.add::<make_scene::MakeScene>();
     r.add::<select_objects::SelectObjects>();
+    r.add::<split_objects::SplitObjects>();
     r.add::<write_glb::WriteGlb>();
     r.add::<collapse::Collapse>();
     r.add::<voxel_mesh::VoxelMeshNode>();

@@ -1,4 +1,4 @@
 //! Pictures: linear and sRGB colour, filters, and the measures that compare two of them.
 
-pub mod srgb;
 pub mod measure;
+pub mod srgb;
