@@ -11,6 +11,11 @@ mod split_objects;
 pub mod values;
 pub mod voxel_mesh;
 mod write_glb;
+pub mod values;
+pub mod voxel_mesh;
+mod write_glb;
+mod render_slices;
+mod view_cell;
 
 use crate::engine::node::Registry;
 
@@ -27,5 +32,7 @@ pub fn registry() -> Registry {
     r.add::<field_scene::FieldScene>();
     r.add::<pack_atlas::PackAtlas>();
     r.add::<resample::Resample>();
+    r.add::<view_cell::ViewCell>();
+    r.add::<render_slices::RenderSlices>();
     r
 }

@@ -7,5 +7,6 @@ pub mod error;
 pub mod events;
 pub mod hash;
 pub mod node;
+pub mod pipeline;
 pub mod plan;
 pub mod why;

@@ -2,3 +2,7 @@
 
 pub mod measure;
 pub mod srgb;
+pub mod picture;
+pub mod srgb;
+
+pub use picture::{Picture, PictureError, load_png, save_png};

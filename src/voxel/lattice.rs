@@ -67,6 +67,18 @@ pub fn nearest_of_few(voxels: &[Voxel], p: DVec3, n: usize) -> Nearest {
     best
 }
 
+/// How many of `items` have their centre (`place` + ½) below `at`. Most rows have no gaps: there the first item's place
+/// tells the answer, elsewhere it bounds the search.
+fn position<T>(items: &[T], place: impl Fn(&T) -> u16, at: f64) -> usize {
+    let Some(first) = items.first() else { return 0 };
+    let below = |i: &T| f64::from(place(i)) + 0.5 < at;
+    let guess = (at - f64::from(place(first)) + 0.5).clamp(0.0, items.len() as f64) as usize;
+    if (guess == 0 || below(&items[guess - 1])) && items.get(guess).is_none_or(|i| !below(i)) {
+        return guess;
+    }
+    items.partition_point(below)
+}
+
 /// Visits 0..len outwards from `start`, the nearer side first, as long as the squared distance (`gap`) of what is
 /// next is at most `limit()`.
 fn outwards<S>(
@@ -128,7 +140,7 @@ impl<'a> Lattice<'a> {
             Nearest::worst,
             |best, l, dz| {
                 let range = (self.layers[l].1 as usize, self.layers[l + 1].1 as usize);
-                let start = range.0 + self.rows[range.0..range.1].partition_point(|r| f64::from(r.0) + 0.5 < p.y);
+                let start = range.0 + position(&self.rows[range.0..range.1], |r| r.0, p.y);
                 outwards(
                     best,
                     (start, range.0, range.1),
@@ -136,8 +148,7 @@ impl<'a> Lattice<'a> {
                     Nearest::worst,
                     |best, r, dyz| {
                         let range = (self.rows[r].1 as usize, self.rows[r + 1].1 as usize);
-                        let row = &self.voxels[range.0..range.1];
-                        let start = range.0 + row.partition_point(|v| f64::from(v.x) + 0.5 < p.x);
+                        let start = range.0 + position(&self.voxels[range.0..range.1], |v| v.x, p.x);
                         outwards(
                             best,
                             (start, range.0, range.1),

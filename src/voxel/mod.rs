@@ -13,6 +13,10 @@ pub mod resample;
 #[cfg(test)]
 pub mod testing;
 pub mod touch;
+pub mod frusta;
+pub mod near;
+pub mod overlap;
+pub mod slicing;
 pub mod valid;
 mod voxel_mesh;
 

@@ -138,6 +138,11 @@ pub fn keeps_side(old: [Point; 3], new: [Point; 3]) -> bool {
         return true;
     }
     let [m, n] = [old, new].map(|[a, b, c]| normal(a, b, c));
+    within_80_degrees(m, n)
+}
+
+/// Whether two vectors, neither zero, enclose at most 80°.
+pub fn within_80_degrees(m: Point, n: Point) -> bool {
     let dot = |u: Point, v: Point| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
     /// cos² 80°
     const LEAST: f64 = 0.030_153_689_607_045_8;

@@ -97,6 +97,22 @@ impl Cover {
         true
     }
 
+    /// Those of the collected voxels that no face but the old ones covers.
+    pub fn needed(&self) -> Vec<u32> {
+        let only_here = |v: &u32| self.count[*v as usize] == self.within[*v as usize];
+        self.voxels.iter().copied().filter(only_here).collect()
+    }
+
+    /// Bit i: the face touches the i-th voxel's box.
+    pub fn touched(&self, corners: [Point; 3], voxels: &[u32]) -> Vec<u64> {
+        let toucher = Toucher::new(corners, self.half);
+        let word = |chunk: &[u32]| {
+            let bit = |(i, v): (usize, &u32)| u64::from(toucher.touches(&self.centres[*v as usize])) << i;
+            chunk.iter().enumerate().map(bit).fold(0, |a, b| a | b)
+        };
+        voxels.chunks(64).map(word).collect()
+    }
+
     /// Carries the replacement out that [`Cover::keeps`] allowed: `old` faces lose their lists, new face i is `slots[i]`.
     pub fn replace(&mut self, old: impl Iterator<Item = u32>, slots: &[u32]) {
         for face in old {

@@ -7,6 +7,7 @@
 mod contract;
 mod cover;
 mod queue;
+mod remove;
 mod topology;
 
 use crate::{
@@ -17,6 +18,7 @@ use crate::{
 use contract::Surface;
 use cover::Cover;
 use queue::{Entry, Queue};
+use remove::Triangulations;
 use topology::{Topology, next, prev};
 
 /// Simplifies `mesh`; boxes of voxels are enlarged by `factor` (at least 1).
@@ -34,6 +36,10 @@ pub fn simplify(mesh: &VoxelMesh, factor: f64, stop: &Stop) -> Result<VoxelMesh,
         scratch: Default::default(),
     };
     while pass(&mut surface, stop)? > 0 {}
+    let all = Triangulations::new();
+    while sweep(&mut surface, &all, stop)? > 0 {
+        while pass(&mut surface, stop)? > 0 {}
+    }
     Ok(gather(&surface, mesh, factor))
 }
 
@@ -81,6 +87,18 @@ fn pass(surface: &mut Surface, stop: &Stop) -> Result<usize, Stopped> {
         }
     }
     Ok(time as usize)
+}
+
+/// Tries to remove every vertex; returns how many went.
+fn sweep(surface: &mut Surface, all: &Triangulations, stop: &Stop) -> Result<usize, Stopped> {
+    let mut gone = 0;
+    for v in 0..surface.points.len() as u32 {
+        if surface.is_live(v) {
+            stop.check()?;
+            gone += usize::from(surface.remove(v, all));
+        }
+    }
+    Ok(gone)
 }
 
 /// The living faces as a mesh of their own.

@@ -188,4 +188,41 @@ impl Topology {
         }
         gone
     }
+
+    /// Replaces the faces of a whole star by `faces` (fewer, over the same ring), in the slots of the first of them.
+    pub fn refill(&mut self, star: &[u32], faces: &[[u32; 3]]) {
+        let a = self.at(star[0]);
+        // Directed edges of the hole's rim as its faces will see them, with the corners beyond.
+        let rim: Vec<([u32; 2], u32)> =
+            star.iter().map(|c| ([self.at(next(*c)), self.at(prev(*c))], self.opposite[*c as usize])).collect();
+        for c in star.iter().flat_map(|c| 3 * (c / 3)..3 * (c / 3) + 3) {
+            self.vertex[c as usize] = NONE;
+            self.opposite[c as usize] = NONE;
+        }
+        self.corner[a as usize] = NONE;
+        let mut edges: Vec<([u32; 2], u32)> = Vec::with_capacity(faces.len() * 3);
+        for (face, c) in faces.iter().zip(star) {
+            let base = 3 * (c / 3);
+            for i in 0..3 {
+                self.vertex[(base + i) as usize] = face[i as usize];
+                edges.push(([face[(i as usize + 1) % 3], face[(i as usize + 2) % 3]], base + i));
+            }
+        }
+        for (edge, c) in &edges {
+            let inside = edges.iter().find(|(e, _)| *e == [edge[1], edge[0]]).map(|(_, d)| *d);
+            let beyond = inside.or_else(|| rim.iter().find(|(e, _)| e == edge).map(|(_, d)| *d)).unwrap_or(NONE);
+            self.opposite[*c as usize] = beyond;
+            if beyond != NONE {
+                self.opposite[beyond as usize] = *c;
+            }
+        }
+        for (edge, c) in &edges {
+            self.corner[edge[0] as usize] = next(*c);
+        }
+        for face in faces {
+            for v in face {
+                self.rewind(*v);
+            }
+        }
+    }
 }

@@ -23,7 +23,7 @@ use crate::{
 };
 use charts::Chart;
 use colour::Source;
-use glam::{DVec2, Vec3};
+use glam::DVec2;
 use grid::Texel;
 use place::Space;
 use rayon::prelude::*;
@@ -136,33 +136,37 @@ fn texture(
     let (origin, size) = frame(chart, margin);
     // Owned texels are looked up; the others take the colour of the nearest of those.
     const INSIDE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
-    let rows: Vec<Vec<Option<([u8; 4], Vec3)>>> = (0..size[1])
-        .into_par_iter()
-        .map(|y| {
-            stop.check()?;
-            let row = (0..size[0]).map(|x| {
-                let at = [origin[0] + x, origin[1] + y];
-                let (face, d) = chart.grid.owner(at)?;
-                let p = space.place(face, &chart.triangle(space, face), grid::centre(at));
-                let source = match &from.faces[face as usize] {
-                    Some(own) if d < INSIDE => own,
-                    _ => &from.whole,
-                };
-                Some(source.sample(p, settings.n))
-            });
-            Ok(row.collect())
-        })
-        .collect::<Result<_, Stopped>>()?;
-    let looked_up: Vec<_> = rows.into_iter().flatten().collect();
-    let nearest = nearest_known(&looked_up.iter().map(Option::is_some).collect::<Vec<_>>(), size[0] as usize);
-    let texel = |i: &u32| looked_up[*i as usize].unwrap_or(([0, 0, 0, 255], Vec3::Z));
-    let color = nearest.iter().map(|i| texel(i).0).collect();
-    let bytes = |n: Vec3| {
-        let c = ((n + 1.0) * 127.5).round();
-        [c.x as u8, c.y as u8, c.z as u8, 255]
-    };
-    let normal = if settings.normals { nearest.iter().map(|i| bytes(texel(i).1)).collect() } else { Vec::new() };
+    let width = size[0] as usize;
+    let mut texels = vec![Looked::default(); width * size[1] as usize];
+    texels.par_chunks_mut(width).enumerate().try_for_each(|(y, row)| {
+        stop.check()?;
+        for (x, texel) in row.iter_mut().enumerate() {
+            let at = [origin[0] + x as i32, origin[1] + y as i32];
+            let Some((face, d)) = chart.grid.owner(at) else { continue };
+            let p = space.place(face, &chart.triangle(space, face), grid::centre(at));
+            let source = match &from.faces[face as usize] {
+                Some(own) if d < INSIDE => own,
+                _ => &from.whole,
+            };
+            let (color, normal) = source.sample(p, settings.n);
+            let c = ((normal + 1.0) * 127.5).round();
+            *texel = Looked { known: true, color, normal: [c.x as u8, c.y as u8, c.z as u8, 255] };
+        }
+        Ok(())
+    })?;
+    let nearest = nearest_known(&texels.iter().map(|t| t.known).collect::<Vec<_>>(), width);
+    let color = nearest.iter().map(|i| texels[*i as usize].color).collect();
+    let normal =
+        if settings.normals { nearest.iter().map(|i| texels[*i as usize].normal).collect() } else { Vec::new() };
     Ok(Texture { color, normal })
+}
+
+/// A texel whose colour was looked up, or will be continued from others.
+#[derive(Clone, Copy, Default)]
+struct Looked {
+    known: bool,
+    color: [u8; 4],
+    normal: [u8; 4],
 }
 
 /// For each texel the number of a known one near it: itself where known, else the nearest by propagation of
@@ -176,6 +180,9 @@ pub fn nearest_known(known: &[bool], width: usize) -> Vec<u32> {
         dx * dx + dy * dy
     };
     let mut take = |at: usize, x: usize, y: usize, from: [(isize, isize); 4]| {
+        if known[at] {
+            return;
+        }
         for (dx, dy) in from {
             let (Some(nx), Some(ny)) = (x.checked_add_signed(dx), y.checked_add_signed(dy)) else { continue };
             if nx >= width || ny >= height {
