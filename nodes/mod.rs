@@ -5,17 +5,14 @@ mod field_scene;
 mod load_scene;
 mod make_scene;
 mod pack_atlas;
+mod render_slices;
 mod resample;
 mod select_objects;
 mod split_objects;
 pub mod values;
-pub mod voxel_mesh;
-mod write_glb;
-pub mod values;
-pub mod voxel_mesh;
-mod write_glb;
-mod render_slices;
 mod view_cell;
+pub mod voxel_mesh;
+mod write_glb;
 
 use crate::engine::node::Registry;
 
