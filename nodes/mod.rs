@@ -8,6 +8,7 @@ mod pack_atlas;
 mod render_slices;
 mod resample;
 mod select_objects;
+mod split_objects;
 pub mod values;
 mod view_cell;
 pub mod voxel_mesh;
@@ -21,6 +22,7 @@ pub fn registry() -> Registry {
     r.add::<load_scene::LoadScene>();
     r.add::<make_scene::MakeScene>();
     r.add::<select_objects::SelectObjects>();
+    r.add::<split_objects::SplitObjects>();
     r.add::<write_glb::WriteGlb>();
     r.add::<collapse::Collapse>();
     r.add::<voxel_mesh::VoxelMeshNode>();
