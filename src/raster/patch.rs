@@ -3,8 +3,8 @@
 use super::{
     Prepared,
     camera::Camera,
-    geometry::{Cutout, Draw},
-    texture::{Coordinates, alpha_at},
+    geometry::Cutout,
+    texture::{AlphaMap, Coordinates},
 };
 use glam::DVec3;
 
@@ -57,10 +57,9 @@ pub(crate) struct Holes<'a> {
 
 struct Last<'a> {
     triangle: u32,
-    draw: &'a Draw,
     cutoff: f32,
     patch: Patch,
-    coordinates: Option<Coordinates>,
+    texture: Option<(Coordinates, AlphaMap<'a>)>,
     /// Material alpha times vertex alpha, at the corners.
     alpha: [f32; 3],
 }
@@ -79,8 +78,8 @@ impl<'a> Holes<'a> {
         let (w, _) = last.patch.weights(px, py);
         let mut alpha =
             (last.alpha[0] as f64 * w[0] + last.alpha[1] as f64 * w[1] + last.alpha[2] as f64 * w[2]) as f32;
-        if let (Some(c), Some(texture)) = (&last.coordinates, &last.draw.material.base_color_texture) {
-            alpha *= alpha_at(texture, c.at(w));
+        if let Some((coordinates, map)) = &last.texture {
+            alpha *= map.at(coordinates.at(w));
         }
         alpha >= last.cutoff
     }
@@ -93,16 +92,16 @@ impl<'a> Last<'a> {
         let corners = draw.corners(local).map(|p| prepared.camera.world_to_camera(p));
         let factor = draw.material.base_color[3];
         let indices = draw.mesh.triangles[local as usize];
+        let texture = draw.material.base_color_texture.as_ref();
         Self {
             triangle,
-            draw,
             cutoff: match draw.cutout {
                 Cutout::Masked(cutoff) => cutoff,
                 Cutout::Solid => f32::NEG_INFINITY,
                 Cutout::Hidden => f32::INFINITY,
             },
             patch: Patch::new(&prepared.camera, corners),
-            coordinates: draw.material.base_color_texture.as_ref().map(|t| Coordinates::new(t, &draw.mesh, indices)),
+            texture: texture.map(|t| (Coordinates::new(t, &draw.mesh, indices), AlphaMap::new(t))),
             alpha: indices.map(|i| factor * draw.mesh.colors.get(i as usize).map_or(1.0, |c| c[3])),
         }
     }
