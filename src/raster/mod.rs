@@ -24,6 +24,9 @@ mod shade;
 mod texture;
 mod tile;
 
+#[cfg(test)]
+mod tests;
+
 pub use camera::MAX_SIDE;
 pub use clip::Polygon;
 pub use fragments::{Fragment, Fragments, TileFragments, fragments, fragments_in_tiles};
@@ -35,6 +38,11 @@ pub use prepare::{Prepared, ScreenTriangle};
 pub use render::{Rendered, Rendering, picture, render};
 pub use shade::{Shader, Shading, Surface};
 pub use tile::Tile;
+
+pub(crate) use camera::Camera;
+pub(crate) use geometry::{Cutout, Draw};
+pub(crate) use patch::Holes;
+pub(crate) use shade::Facet;
 
 /// What the rasteriser leaves out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

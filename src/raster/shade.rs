@@ -118,7 +118,7 @@ impl<'a> Shader<'a> {
         let local = triangle - draw.first;
         let indices = draw.mesh.triangles[local as usize];
         let corners = draw.corners(local);
-        let patch = Patch::new(camera, corners.map(|p| camera.from_world(p)));
+        let patch = Patch::new(camera, corners.map(|p| camera.world_to_camera(p)));
         let look = &self.looks[index];
         let colors = (!draw.mesh.colors.is_empty()).then(|| indices.map(|i| draw.mesh.colors[i as usize]));
         let base = Layer::of(&patch, draw, indices, &draw.material.base_color_texture, &look.base);
@@ -180,6 +180,16 @@ impl<'a> Layer<'a> {
 impl Facet<'_> {
     pub fn surface(&self, px: f64, py: f64) -> Surface {
         let (w, inverse) = self.patch.weights(px, py);
+        self.surface_at(w, inverse)
+    }
+
+    /// The point with barycentric coordinates `w` (in the order of the mesh's indices), textures unfiltered: for
+    /// triangles seen edge-on, whose footprint has no bound.
+    pub fn point(&self, w: [f64; 3]) -> Surface {
+        self.surface_at(w, 0.0)
+    }
+
+    fn surface_at(&self, w: [f64; 3], inverse: f64) -> Surface {
         Surface {
             position: self.position_at(w),
             color: self.color_at(w, inverse),
