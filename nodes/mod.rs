@@ -12,6 +12,10 @@ pub mod voxel_mesh;
 mod write_glb;
 mod render_slices;
 mod view_cell;
+mod split_objects;
+pub mod values;
+pub mod voxel_mesh;
+mod write_glb;
 
 use crate::engine::node::Registry;
 
@@ -21,6 +25,7 @@ pub fn registry() -> Registry {
     r.add::<load_scene::LoadScene>();
     r.add::<make_scene::MakeScene>();
     r.add::<select_objects::SelectObjects>();
+    r.add::<split_objects::SplitObjects>();
     r.add::<write_glb::WriteGlb>();
     r.add::<collapse::Collapse>();
     r.add::<voxel_mesh::VoxelMeshNode>();
