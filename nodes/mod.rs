@@ -1,6 +1,7 @@
 //! The node kinds: thin adapters between the engine and the algorithms, one file or folder each.
 
 pub mod collapse;
+mod evaluate;
 mod field_scene;
 mod load_scene;
 mod make_scene;
@@ -31,5 +32,6 @@ pub fn registry() -> Registry {
     r.add::<resample::Resample>();
     r.add::<view_cell::ViewCell>();
     r.add::<render_slices::RenderSlices>();
+    r.add::<evaluate::Evaluate>();
     r
 }
