@@ -2,9 +2,9 @@
 
 mod load_scene;
 mod make_scene;
-mod render_slices;
+pub mod render_slices;
 pub mod values;
-mod view_cell;
+pub mod view_cell;
 
 use crate::engine::node::Registry;
 
