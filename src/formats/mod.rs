@@ -6,6 +6,7 @@
 
 mod error;
 mod files;
+pub mod glb;
 mod gltf;
 mod limits;
 mod loader;
@@ -15,6 +16,7 @@ mod ply;
 
 pub use error::FormatError;
 pub use files::{DiskFiles, Files};
+pub use glb::{GlbOptions, write_glb};
 pub use limits::Limits;
 
 use crate::{

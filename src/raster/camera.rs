@@ -66,7 +66,7 @@ impl Camera {
     }
 
     /// Object space to camera space. The eye is subtracted first: far from the origin nothing is lost.
-    pub fn from_object(&self, object: &DAffine3) -> DAffine3 {
+    pub fn object_to_camera(&self, object: &DAffine3) -> DAffine3 {
         DAffine3 { matrix3: self.frame * object.matrix3, translation: self.frame * (object.translation - self.eye) }
     }
 
@@ -78,7 +78,7 @@ impl Camera {
         self.frame.row(2)
     }
 
-    pub fn from_world(&self, p: DVec3) -> DVec3 {
+    pub fn world_to_camera(&self, p: DVec3) -> DVec3 {
         self.frame * (p - self.eye)
     }
 
@@ -138,7 +138,7 @@ mod tests {
         let k = DVec3::new(0.3, -0.7, 1.1);
         let [a, b, c] = camera.affine(k);
         for (px, py) in [(0.0, 0.0), (13.5, 7.25), (64.0, 48.0)] {
-            let d = camera.from_world(view.unproject(px, py, 1.0));
+            let d = camera.world_to_camera(view.unproject(px, py, 1.0));
             assert!((a * px + b * py + c - k.dot(d)).abs() < 1e-12);
             let (x, y) = camera.pixel(d * 3.0);
             assert!((x - px).abs() < 1e-9 && (y - py).abs() < 1e-9);

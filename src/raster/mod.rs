@@ -23,6 +23,9 @@ mod shade;
 mod texture;
 mod tile;
 
+#[cfg(test)]
+mod tests;
+
 pub use camera::MAX_SIDE;
 pub use clip::Polygon;
 pub use fragments::{Fragment, Fragments, TileFragments, fragments, fragments_in_tiles};

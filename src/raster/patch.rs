@@ -100,7 +100,7 @@ impl<'a> Last<'a> {
     fn new(geometry: &'a Geometry, camera: &Camera, triangle: u32) -> Self {
         let draw = geometry.draw_of(triangle);
         let local = triangle - draw.first;
-        let corners = draw.corners(local).map(|p| camera.from_world(p));
+        let corners = draw.corners(local).map(|p| camera.world_to_camera(p));
         let factor = draw.material.base_color[3];
         let indices = draw.mesh.triangles[local as usize];
         Self {

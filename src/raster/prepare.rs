@@ -263,7 +263,7 @@ impl<'a> Batch<'a> {
                 let positions = &item.draw.mesh.positions[at - item.vertex..];
                 let n = positions.len().min(rest.len());
                 let (head, tail) = rest.split_at_mut(n);
-                let m = camera.from_object(&item.draw.to_world);
+                let m = camera.object_to_camera(&item.draw.to_world);
                 for (v, p) in head.iter_mut().zip(positions) {
                     *v = camera.vertex(m.transform_point3(DVec3::new(p[0] as f64, p[1] as f64, p[2] as f64)));
                 }
@@ -291,7 +291,7 @@ impl<'a> Batch<'a> {
 
 /// Whether a draw's bounds lie outside the view entirely.
 fn out_of_sight(draw: &Draw, camera: &Camera, view: &View) -> bool {
-    let m = camera.from_object(&draw.to_world);
+    let m = camera.object_to_camera(&draw.to_world);
     let corners = draw.bounds.corners().map(|p| m.transform_point3(p));
     let (u, v) = (|px: f64| (px - camera.origin.0) / camera.scale.0, |py: f64| (camera.origin.1 - py) / camera.scale.1);
     // One pixel of slack for snapping and rounding.

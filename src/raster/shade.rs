@@ -110,7 +110,7 @@ impl<'a> Shader<'a> {
         let local = triangle - draw.first;
         let indices = draw.mesh.triangles[local as usize];
         let corners = draw.corners(local);
-        let patch = Patch::new(camera, corners.map(|p| camera.from_world(p)));
+        let patch = Patch::new(camera, corners.map(|p| camera.world_to_camera(p)));
         let look = &self.looks[index];
         let colors = (!draw.mesh.colors.is_empty()).then(|| indices.map(|i| draw.mesh.colors[i as usize]));
         let base = Layer::of(&patch, draw, indices, &draw.material.base_color_texture, &look.base);

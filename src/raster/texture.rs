@@ -114,7 +114,7 @@ impl Level {
                 if even {
                     let at = 2 * y as usize * w + 2 * x as usize;
                     let t = [self.texels[at], self.texels[at + 1], self.texels[at + w], self.texels[at + w + 1]];
-                    texels.push([0, 1, 2, 3].map(|k| (t.iter().map(|t| t[k] as u32).sum::<u32>() + 2 >> 2) as u16));
+                    texels.push([0, 1, 2, 3].map(|k| ((t.iter().map(|t| t[k] as u32).sum::<u32>() + 2) >> 2) as u16));
                     continue;
                 }
                 let mut sum = [0.0f64; 4];
@@ -198,7 +198,7 @@ fn wrapped(u: f64, wrap: Wrap) -> f64 {
 
 fn floor(x: f64) -> f64 {
     let i = x as i64;
-    (i - (x < i as f64) as i64) as f64
+    if x < i as f64 { i as f64 - 1.0 } else { i as f64 }
 }
 
 /// The two texels between whose centres a coordinate lies, and how far it is from the first towards the second.
@@ -229,4 +229,71 @@ fn log2(x: f32) -> f32 {
     let t = (m - 1.0) / (m + 1.0);
     let t2 = t * t;
     exponent as f32 + t * (2.885_39 + t2 * (0.961_797 + t2 * (0.577_078 + t2 * 0.412_199)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(width: u32, height: u32, texel: impl Fn(u32) -> [u8; 4]) -> Image {
+        Image { name: String::new(), width, height, texels: (0..width * height).map(texel).collect() }
+    }
+
+    #[test]
+    fn logarithm() {
+        let mut x = 1.0f32;
+        while x < 1e6 {
+            assert!((log2(x) - libm::log2(x as f64) as f32).abs() < 1e-4, "{x}");
+            x *= 1.0137;
+        }
+        assert_eq!((log2(1.0), log2(2.0), log2(1024.0)), (0.0, 1.0, 10.0));
+    }
+
+    /// The smallest level is the mean of the whole image, whatever its size.
+    #[test]
+    fn levels_keep_the_mean() {
+        for (w, h) in [(1, 1), (8, 8), (7, 5), (1, 9), (100, 3), (31, 64)] {
+            let img = image(w, h, |i| [(i * 37 % 256) as u8, (i * 101 % 256) as u8, 7, (i * 11 % 256) as u8]);
+            let mips = Mips::new(&img, Role::Data);
+            let last = mips.levels.last().unwrap();
+            assert_eq!((last.width, last.height), (1, 1));
+            for k in 0..4 {
+                let mean = img.texels.iter().map(|t| t[k] as f64 / 255.0).sum::<f64>() / (w * h) as f64;
+                assert!((last.texels[0][k] as f64 / 65535.0 - mean).abs() < 1e-3, "{w}×{h}: {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn holes_do_not_bleed() {
+        let img = image(2, 2, |i| if i == 0 { [255, 0, 0, 255] } else { [0, 255, 255, 0] });
+        let mips = Mips::new(&img, Role::CutoutColor);
+        let c = mips.sample([0.5, 0.5], 2.0, [Wrap::Repeat; 2], true);
+        assert!((c[0] - 1.0).abs() < 1e-3 && c[1] == 0.0 && (c[3] - 0.25).abs() < 1e-3, "{c:?}");
+        let c = mips.sample([0.45, 0.45], 0.5, [Wrap::Repeat; 2], true);
+        assert!((c[0] - 1.0).abs() < 1e-3 && c[1] == 0.0, "{c:?}");
+    }
+
+    #[test]
+    fn wrapping() {
+        let img = image(4, 1, |i| [(i * 60) as u8, 0, 0, 255]);
+        let mips = Mips::new(&img, Role::Data);
+        let at = |u: f64, wrap| (mips.sample([u, 0.5], 0.1, [wrap; 2], true)[0] * 255.0).round() as u32;
+        let centre = |i: i32| (i as f64 + 0.5) / 4.0;
+        for (i, repeat, mirror, clamp) in [(-1, 180, 0, 0), (-2, 120, 60, 0), (4, 0, 180, 180), (5, 60, 120, 180)] {
+            let found = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp].map(|w| at(centre(i), w));
+            assert_eq!(found, [repeat, mirror, clamp], "{i}");
+        }
+        assert_eq!(at(0.0, Wrap::Repeat), 90);
+        assert_eq!(at(0.0, Wrap::Clamp), 0);
+        for u in [1e300, -1e300, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1e-30] {
+            for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+                assert!(at(u, wrap) <= 180);
+                assert!(mips.sample([u; 2], 0.1, [wrap; 2], false)[0] <= 1.0);
+                assert!(mips.sample([u; 2], 1e30, [wrap; 2], false)[0] <= 1.0);
+            }
+        }
+        assert!(mips.sample([0.3; 2], f32::NAN, [Wrap::Clamp; 2], true)[0].is_finite());
+        assert!(mips.sample([0.3; 2], f32::INFINITY, [Wrap::Clamp; 2], true)[0].is_finite());
+    }
 }

@@ -59,7 +59,7 @@ impl Grid {
 
     /// Column of pixel x, or row of pixel y.
     pub fn line_of(&self, x: i32) -> u32 {
-        (x as u64 * self.reciprocal as u64 >> 20) as u32
+        ((x as u64 * self.reciprocal as u64) >> 20) as u32
     }
 
     pub fn tile(&self, index: u32) -> Tile {
