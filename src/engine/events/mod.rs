@@ -1,4 +1,14 @@
-//! What a bake tells while it works.
+//! What a bake tells while it works, and three ways to show it: plain lines, bars on a terminal, JSON lines.
+
+mod bars;
+mod json;
+mod lines;
+
+pub use bars::Bars;
+pub use json::JsonLines;
+pub use lines::Lines;
+
+use super::bake::Outcome;
 
 /// Something that the user may want to see.
 #[derive(Clone, Debug)]
@@ -19,7 +29,7 @@ pub enum Event<'a> {
     /// A bound of `[require]` was missed.
     NotMet { node: &'a str, text: &'a str },
     /// The bake is over.
-    Finished { outcome: super::bake::Outcome, hits: u64, runs: u64, seconds: f64 },
+    Finished { outcome: Outcome, hits: u64, runs: u64, seconds: f64 },
 }
 
 /// Receives events. Calls come from the scheduler's thread only.
@@ -32,4 +42,13 @@ pub struct Silent;
 
 impl Events for Silent {
     fn event(&self, _: &Event) {}
+}
+
+fn outcome_text(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Baked => "baked",
+        Outcome::Failed => "failed",
+        Outcome::NotMet => "not met",
+        Outcome::Interrupted => "interrupted",
+    }
 }
