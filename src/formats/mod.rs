@@ -11,8 +11,10 @@ mod gltf;
 mod limits;
 mod loader;
 mod mesh;
+mod obj;
 mod picture;
 mod ply;
+mod scene_toml;
 
 pub use error::FormatError;
 pub use files::{DiskFiles, Files};

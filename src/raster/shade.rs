@@ -1,7 +1,7 @@
 //! Deferred shading: how a triangle looks at a pixel position.
 
 use super::{
-    Geometry, Light,
+    Geometry, Light, Noise,
     camera::Camera,
     geometry::{Cutout, Draw},
     patch::Patch,
@@ -37,11 +37,15 @@ pub enum Shading {
     Unlit,
     /// Base colour under a sun and a sky, plus what the surface emits. Materials that say they are unlit stay so.
     Lit(Light),
+    /// Base colour times a noise of the surface point, for scenes without colour. Materials' `unlit` is ignored.
+    Noise(Noise),
 }
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
+    /// World space, metres.
+    pub position: DVec3,
     /// Linear: base colour factor × texture × vertex colour. Alpha is not yet compared with a cutoff.
     pub color: [f32; 4],
     /// Unit, world space, with the normal map; turned round where the triangle is seen from behind.
@@ -60,6 +64,10 @@ impl Surface {
             Shading::Lit(light) if !self.unlit => {
                 let (on, c) = (light.on(self.normal), [r, g, b]);
                 std::array::from_fn(|k| c[k] * on[k] + self.emissive[k])
+            }
+            Shading::Noise(noise) => {
+                let n = noise.at(self.position);
+                [r * n, g * n, b * n]
             }
             _ => [r, g, b],
         }
@@ -183,6 +191,7 @@ impl Facet<'_> {
 
     fn surface_at(&self, w: [f64; 3], inverse: f64) -> Surface {
         Surface {
+            position: self.position_at(w),
             color: self.color_at(w, inverse),
             normal: self.normal_at(w, inverse),
             emissive: self.emissive_at(w, inverse),
@@ -194,12 +203,21 @@ impl Facet<'_> {
     pub fn seen(&self, px: f64, py: f64, shading: &Shading) -> [f32; 3] {
         match shading {
             Shading::Lit(_) if !self.draw.material.unlit => self.surface(px, py).seen(shading),
+            Shading::Noise(noise) => {
+                let (w, inverse) = self.patch.weights(px, py);
+                let ([r, g, b, _], n) = (self.color_at(w, inverse), noise.at(self.position_at(w)));
+                [r * n, g * n, b * n]
+            }
             _ => {
                 let (w, inverse) = self.patch.weights(px, py);
                 let [r, g, b, _] = self.color_at(w, inverse);
                 [r, g, b]
             }
         }
+    }
+
+    fn position_at(&self, w: [f64; 3]) -> DVec3 {
+        self.corners[0] * w[0] + self.corners[1] * w[1] + self.corners[2] * w[2]
     }
 
     fn color_at(&self, w: [f64; 3], inverse: f64) -> [f32; 4] {
