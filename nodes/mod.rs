@@ -1,16 +1,17 @@
 //! The node kinds: thin adapters between the engine and the algorithms, one file or folder each.
 
 pub mod collapse;
+mod evaluate;
 mod field_scene;
 mod load_scene;
 mod make_scene;
+pub mod render_slices;
+pub mod values;
+pub mod view_cell;
 mod pack_atlas;
-mod render_slices;
 mod resample;
 mod select_objects;
 mod split_objects;
-pub mod values;
-mod view_cell;
 pub mod voxel_mesh;
 mod write_glb;
 
@@ -31,5 +32,6 @@ pub fn registry() -> Registry {
     r.add::<resample::Resample>();
     r.add::<view_cell::ViewCell>();
     r.add::<render_slices::RenderSlices>();
+    r.add::<evaluate::Evaluate>();
     r
 }
