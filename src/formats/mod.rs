@@ -15,6 +15,8 @@ mod obj;
 mod picture;
 mod ply;
 mod scene_toml;
+#[cfg(test)]
+mod tests;
 
 pub use error::FormatError;
 pub use files::{DiskFiles, Files};

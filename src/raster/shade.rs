@@ -19,14 +19,13 @@ use std::{collections::BTreeMap, sync::Arc};
 pub struct Shader<'a> {
     pub geometry: &'a Geometry,
     /// One for each draw.
-    looks: Vec<Look>,
+    looks: Vec<Look<'a>>,
 }
 
-#[derive(Default)]
-struct Look {
-    base: Option<Arc<Mips>>,
-    normal: Option<Arc<Mips>>,
-    emissive: Option<Arc<Mips>>,
+struct Look<'a> {
+    base: Option<Arc<Mips<'a>>>,
+    normal: Option<Arc<Mips<'a>>>,
+    emissive: Option<Arc<Mips<'a>>>,
 }
 
 /// How surfaces become colours.
@@ -78,7 +77,7 @@ impl<'a> Shader<'a> {
     pub fn new(geometry: &'a Geometry) -> Self {
         // Each image once for each role, numbered in the order of first use.
         let mut number = BTreeMap::new();
-        let mut wanted: Vec<(&Image, Role)> = Vec::new();
+        let mut wanted: Vec<(&'a Image, Role)> = Vec::new();
         let mut want = |texture: &'a Option<Texture>, role: Role| {
             let image = &**texture.as_ref().map(|t| &t.image)?;
             Some(*number.entry((std::ptr::from_ref(image), role)).or_insert_with(|| {
@@ -129,7 +128,7 @@ impl<'a> Shader<'a> {
 /// A triangle made ready for shading in one view.
 pub(crate) struct Facet<'a> {
     draw: &'a Draw,
-    look: &'a Look,
+    look: &'a Look<'a>,
     camera: Camera,
     indices: [u32; 3],
     /// World space, in the order of the mesh's indices.
@@ -142,7 +141,7 @@ pub(crate) struct Facet<'a> {
 /// One texture of a facet.
 struct Layer<'a> {
     texture: &'a Texture,
-    mips: &'a Mips,
+    mips: &'a Mips<'a>,
     coordinates: Coordinates,
     /// Change of Σ fᵢ·uᵢ, Σ fᵢ·vᵢ and Σ fᵢ (see [`Patch`]) from pixel to pixel, in texels for the first two.
     slopes: [[f64; 2]; 3],
@@ -154,7 +153,7 @@ impl<'a> Layer<'a> {
         draw: &Draw,
         indices: [u32; 3],
         texture: &'a Option<Texture>,
-        mips: &'a Option<Arc<Mips>>,
+        mips: &'a Option<Arc<Mips<'a>>>,
     ) -> Option<Self> {
         let (texture, mips) = (texture.as_ref()?, mips.as_deref()?);
         let coordinates = Coordinates::new(texture, &draw.mesh, indices);
@@ -172,7 +171,7 @@ impl<'a> Layer<'a> {
             let y = (dv[k] - uv[1] * d1[k]) * inverse * size[1];
             x * x + y * y
         };
-        let footprint = length(0).max(length(1)).sqrt() as f32;
+        let footprint = length(0).max(length(1)) as f32;
         self.mips.sample(uv, footprint, self.texture.wrap, self.texture.smooth)
     }
 }
