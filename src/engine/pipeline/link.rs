@@ -71,12 +71,13 @@ pub struct Link<'s> {
 /// All nodes, sorted by name.
 pub struct Links<'s> {
     pub nodes: Vec<Link<'s>>,
+    registry: &'s Registry,
 }
 
 /// Tells the keys of all nodes apart.
 pub fn link<'s>(
     draft: &'s Draft<'s>,
-    registry: &Registry,
+    registry: &'s Registry,
     values: &Values<'s>,
     everywhere: &[(&str, Value)],
     problems: &mut Vec<Problem>,
@@ -97,7 +98,7 @@ pub fn link<'s>(
             per: Vec::new(),
         });
     }
-    let mut links = Links { nodes };
+    let mut links = Links { nodes, registry };
     for (at, node) in draft.nodes.values().enumerate() {
         if let Some(info) = links.nodes[at].info.clone() {
             links.keys(at, node, &info, values, everywhere, problems);
@@ -402,7 +403,9 @@ impl<'s> Links<'s> {
             }
         }
         if found.is_empty() {
-            return format!("no node of this pipeline makes a {ty}");
+            let makers = self.registry.iter().filter(|k| k.spec().outputs.iter().any(|o| o.ty.name == ty));
+            let makers = suggest::list(makers.map(|k| k.spec().name));
+            return format!("no node of this pipeline makes a {ty}; kinds that do: {makers}");
         }
         format!("a {ty} comes from {}", suggest::list(found.iter().map(String::as_str)))
     }

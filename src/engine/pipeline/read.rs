@@ -102,26 +102,32 @@ fn syntax(place: Place, message: &str, text: &str) -> Problem {
     let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
     let line_end = text[end..].find('\n').map_or(text.len(), |at| end + at);
     let (line, found) = (text[line_start..line_end].trim(), &text[start..end]);
-    let help = if message.contains("duplicate key") {
-        "a key stands once in a table; a table has one header".to_owned()
-    } else if let Some((key, value)) = line.split_once('=').filter(|(k, _)| !k.contains('"')) {
+    let assignment = line.split_once('=').filter(|(key, _)| !key.contains('"'));
+    let (what, label, help) = if message.contains("duplicate key") {
+        (
+            format!("`{found}` a second time"),
+            "again",
+            "a key stands once in a table, and a table has one header".to_owned(),
+        )
+    } else if let Some((key, value)) = assignment {
         let (key, value) = (key.trim(), value.split('#').next().unwrap_or_default().trim());
         if value.is_empty() {
-            format!("write a value behind `{key} =`: a number, \"text\", true or false, a [list]")
-        } else if !value.starts_with(['"', '\'', '[', '{']) {
-            format!("text needs quotes: {key} = \"{}\"", value.trim_matches(['"', '\'']))
+            let help = format!("write a value behind `{key} =`: a number, \"text\", true or false, a [list]");
+            (format!("`{key}` has no value"), "here", help)
+        } else if value.starts_with(|c: char| c.is_alphabetic() || "./~".contains(c)) && !value.contains(['"', '\'']) {
+            let help = format!("text needs quotes: {key} = \"{value}\"");
+            (format!("`{value}` is no value"), "text without quotes?", help)
         } else {
-            String::new()
+            (message.to_owned(), "not valid TOML", String::new())
         }
     } else if line.starts_with('[') && !line.ends_with(']') {
-        "a table's header ends with `]`".to_owned()
+        (message.to_owned(), "here", "a table's header ends with `]`".to_owned())
     } else if !line.contains('=') && !line.is_empty() && !line.starts_with('[') {
-        "a line is `key = value`, a `[header]` or a `# comment`".to_owned()
+        (message.to_owned(), "here", "a line is `key = value`, a `[header]` or a `# comment`".to_owned())
     } else {
-        String::new()
+        (message.to_owned(), "not valid TOML", String::new())
     };
-    let label = if found.trim().is_empty() { "here".to_owned() } else { "not valid TOML".to_owned() };
-    Problem::at(place, format!("TOML syntax: {message}"), label).help(help)
+    Problem::at(place, format!("TOML syntax: {what}"), label).help(help)
 }
 
 /// `[pipeline] base` of `table`, if it is text. (Its other types are reported with the rest of the section.)
