@@ -7,13 +7,13 @@ use super::{
     contract::{Surface, within_80_degrees},
     topology::{NONE, next, prev},
 };
-use crate::voxel::touch::{Point, front_area, normal};
+use crate::voxel::touch::{Point, normal};
 
 /// The largest hole whose triangulations are all tried: 8 sides have 132.
-const MOST_SIDES: usize = 8;
+pub const MOST_SIDES: usize = 8;
 
 /// All triangulations of polygons with up to [`MOST_SIDES`] sides, by number of sides; corners ascending.
-pub struct Triangulations(Vec<Vec<Vec<[u8; 3]>>>);
+pub struct Triangulations(pub Vec<Vec<Vec<[u8; 3]>>>);
 
 impl Triangulations {
     pub fn new() -> Self {
@@ -117,7 +117,7 @@ impl Surface {
         true
     }
 
-    fn are_neighbours(&self, a: u32, b: u32) -> bool {
+    pub fn are_neighbours(&self, a: u32, b: u32) -> bool {
         let topology = &self.topology;
         let first = topology.corner[a as usize];
         let mut c = first;
@@ -137,8 +137,9 @@ impl Surface {
         let mut sum = [0.0; 3];
         for c in star {
             let [a, b, c] = self.triangle(c / 3);
-            if front_area(a, b, c) == 0.0 {
-                let n = normal(a, b, c);
+            let n = normal(a, b, c);
+            let slope = *super::contract::SLOPE.get().unwrap();
+            if n[2] * n[2] <= slope * slope * (n[0] * n[0] + n[1] * n[1]) {
                 (0..3).for_each(|i| sum[i] += n[i]);
             }
         }
@@ -147,7 +148,10 @@ impl Surface {
 }
 
 /// A new face must show its front to the centre, or else, edge-on, agree with the walls that it replaces.
-fn faces_front([a, b, c]: [Point; 3], walls: Point) -> bool {
-    let area = front_area(a, b, c);
-    area > 0.0 || (area == 0.0 && within_80_degrees(walls, normal(a, b, c)))
+pub fn faces_front([a, b, c]: [Point; 3], walls: Point) -> bool {
+    let slope = *super::contract::SLOPE.get().unwrap();
+    let n = normal(a, b, c);
+    let lateral = |n: Point| n[0] * n[0] + n[1] * n[1];
+    let steep = n[2] * n[2] <= slope * slope * lateral(n);
+    if steep { within_80_degrees(walls, n) } else { n[2] < 0.0 }
 }
