@@ -5,6 +5,9 @@
 //! are sorted by name, so that equal scenes have equal bytes. All coordinates are finite.
 
 pub mod builtin;
+pub mod names;
+pub mod select;
+pub mod tables;
 
 use crate::{array::Array, math::Aabb};
 use glam::{Mat4, Vec3};

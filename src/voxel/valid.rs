@@ -16,7 +16,7 @@ impl Slices {
             return Err(("alpha", format!("expected a finite angle > 0, found {}", self.alpha)));
         }
         let (layers, borders) = (&self.layers, &self.borders);
-        if layers.is_empty() || layers.len() > usize::from(u16::MAX) + 1 || borders.len() != layers.len() + 1 {
+        if layers.is_empty() || layers.len() > usize::from(u16::MAX) || borders.len() != layers.len() + 1 {
             return Err(("layers", format!("{} layers with {} borders", layers.len(), borders.len())));
         }
         if let Some(l) = (0..layers.len()).find(|l| !(borders[*l] < layers[*l] && layers[*l] < borders[l + 1])) {

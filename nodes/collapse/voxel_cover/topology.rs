@@ -280,10 +280,8 @@ impl Topology {
     pub fn refill(&mut self, star: &[u32], faces: &[[u32; 3]]) {
         let a = self.at(star[0]);
         // Directed edges of the hole's rim as its faces will see them, with the corners beyond.
-        let rim: Vec<([u32; 2], u32)> = star
-            .iter()
-            .map(|c| ([self.at(next(*c)), self.at(prev(*c))], self.opposite[*c as usize]))
-            .collect();
+        let rim: Vec<([u32; 2], u32)> =
+            star.iter().map(|c| ([self.at(next(*c)), self.at(prev(*c))], self.opposite[*c as usize])).collect();
         for c in star.iter().flat_map(|c| 3 * (c / 3)..3 * (c / 3) + 3) {
             self.vertex[c as usize] = NONE;
             self.opposite[c as usize] = NONE;
