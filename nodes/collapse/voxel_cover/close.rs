@@ -6,7 +6,7 @@
 
 use super::{
     contract::Surface,
-    remove::{MOST_SIDES, Triangulations, faces_front},
+    remove::{MOST_SIDES, Triangulations, agrees},
     topology::NONE,
 };
 use crate::{
@@ -63,7 +63,7 @@ impl Surface {
             let [i, j, k] = t.map(usize::from);
             let corners = [points[i], points[j], points[k]];
             let free = |p: usize, q: usize| q == p + 1 || (p, q) == (0, n - 1) || !s.are_neighbours(ring[p], ring[q]);
-            let ok = faces_front(corners, sum) && free(i, j) && free(j, k) && free(i, k);
+            let ok = agrees(corners, sum) && free(i, j) && free(j, k) && free(i, k);
             // The far side of a lone triangle is no hole.
             let back = |f: &u32| {
                 let mut c = s.topology.corners(*f);

@@ -218,22 +218,39 @@ fn apart(i: usize, j: usize, ring: usize, open: bool) -> Seam {
     if j - i >= 3 && (open || rest >= 3) { Seam::Splits } else { Seam::Bad }
 }
 
-/// Whether a face stays on its side: as the cell's centre sees it, nothing folds over. A wall, which the centre sees
-/// edge-on, has no side there; its normal turns by at most 80°.
-pub fn keeps_side(old: [Point; 3], new: [Point; 3]) -> bool {
-    let slope: f64 = *SLOPE.get_or_init(|| std::env::var("SLOPE").map_or(0.0, |s| s.parse().unwrap_or(0.0)));
-    let [m, n] = [old, new].map(|[a, b, c]| normal(a, b, c));
-    let lateral = |n: Point| n[0] * n[0] + n[1] * n[1];
-    let front = |n: Point| n[2] < 0.0 && n[2] * n[2] > slope * slope * lateral(n);
-    let back = |n: Point| n[2] > 0.0 && n[2] * n[2] > slope * slope * lateral(n);
-    let slack: f64 = *SLACK.get_or_init(|| std::env::var("SLACK").map_or(0.0, |s| s.parse().unwrap_or(0.0)));
-    let flat = |t: [Point; 3]| (0..3).map(|i| { let (a, b) = (t[i], t[(i + 1) % 3]); (a[0]-b[0])*(a[0]-b[0])+(a[1]-b[1])*(a[1]-b[1]) }).fold(0.0, f64::max);
-    if slack > 0.0 && n[2] * n[2] <= slack * slack * flat(new) && n != [0.0; 3] { return true; }
-    if back(n) { return false; }
-    (front(m) && front(n)) || within_80_degrees(m, n)
+/// How a face with this normal looks from the cell. Layers move by at most a pixel each against one another while the
+/// viewer crosses the cell, so over all of it the third component of the normal changes by at most |x| + |y|.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// From everywhere its front is seen.
+    Front,
+    /// Seen edge-on from somewhere in the cell: walls and other steep faces.
+    Steep,
+    /// From everywhere its back is seen: the surface has folded over.
+    Back,
 }
-pub static SLACK: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
-pub static SLOPE: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
+
+pub fn look(n: Point) -> Look {
+    let turn = n[0].abs() + n[1].abs();
+    if n[2] < -turn {
+        Look::Front
+    } else if n[2] > turn {
+        Look::Back
+    } else {
+        Look::Steep
+    }
+}
+
+/// Whether a face stays on its side: nothing folds over. A steep face has no side that counts for the whole cell; its
+/// normal turns by at most 80° at once.
+pub fn keeps_side(old: [Point; 3], new: [Point; 3]) -> bool {
+    let [m, n] = [old, new].map(|[a, b, c]| normal(a, b, c));
+    match (look(m), look(n)) {
+        (_, Look::Back) => false,
+        (Look::Front, Look::Front) => true,
+        _ => within_80_degrees(m, n),
+    }
+}
 
 /// Whether two vectors, neither zero, enclose at most 80°.
 pub fn within_80_degrees(m: Point, n: Point) -> bool {
