@@ -32,7 +32,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("expected MODEL EYE TARGET SIZE OUT.png [unlit|lit]".into());
     };
     let path = Path::new(model);
-    let scene = formats::load(path, &DiskFiles, &Limits::default())?;
+    let scene = match model.strip_prefix("builtin:") {
+        Some(name) => farfield::scene::builtin::make(name, 1).ok_or("no such scene")?,
+        None => formats::load(path, &DiskFiles, &Limits::default())?,
+    };
     let bounds = scene.bounds();
     let target = point(target, bounds.centre())?;
     let eye = point(eye, target + DVec3::new(0.5, 0.35, 0.9).normalize() * bounds.diagonal() * 1.1)?;

@@ -6,15 +6,21 @@
 
 mod error;
 mod files;
+pub mod glb;
 mod gltf;
 mod limits;
 mod loader;
 mod mesh;
+mod obj;
 mod picture;
 mod ply;
+mod scene_toml;
+#[cfg(test)]
+mod tests;
 
 pub use error::FormatError;
 pub use files::{DiskFiles, Files};
+pub use glb::{GlbOptions, write_glb};
 pub use limits::Limits;
 
 use crate::{

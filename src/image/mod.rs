@@ -1,5 +1,6 @@
 //! Pictures: linear and sRGB colour, filters, and the measures that compare two of them.
 
+pub mod measure;
 pub mod picture;
 pub mod srgb;
 

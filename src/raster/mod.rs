@@ -37,6 +37,11 @@ pub use render::{Rendered, Rendering, picture, render};
 pub use shade::{Shader, Shading, Surface};
 pub use tile::Tile;
 
+pub(crate) use camera::Camera;
+pub(crate) use geometry::{Cutout, Draw};
+pub(crate) use patch::Holes;
+pub(crate) use shade::Facet;
+
 /// What the rasteriser leaves out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {

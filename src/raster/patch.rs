@@ -1,7 +1,7 @@
 //! A triangle's barycentric coordinates as functions of the pixel position, and the test of its alpha.
 
 use super::{
-    Prepared,
+    Geometry, Prepared,
     camera::Camera,
     geometry::Cutout,
     texture::{AlphaMap, Coordinates},
@@ -51,7 +51,8 @@ impl Patch {
 
 /// Tells for masked triangles which points are there. Remembers the last triangle.
 pub(crate) struct Holes<'a> {
-    prepared: &'a Prepared<'a>,
+    geometry: &'a Geometry,
+    camera: Camera,
     last: Option<Last<'a>>,
 }
 
@@ -66,30 +67,38 @@ struct Last<'a> {
 
 impl<'a> Holes<'a> {
     pub fn new(prepared: &'a Prepared<'a>) -> Self {
-        Self { prepared, last: None }
+        Self::seen_by(prepared.geometry, prepared.camera)
+    }
+
+    /// For pixel positions of `camera`.
+    pub fn seen_by(geometry: &'a Geometry, camera: Camera) -> Self {
+        Self { geometry, camera, last: None }
     }
 
     /// Whether the triangle's alpha at a pixel position reaches its cutoff.
     pub fn solid(&mut self, triangle: u32, px: f64, py: f64) -> bool {
-        if self.last.as_ref().is_none_or(|l| l.triangle != triangle) {
-            self.last = Some(Last::new(self.prepared, triangle));
+        let last = self.get(triangle);
+        last.solid(last.patch.weights(px, py).0)
+    }
+
+    /// The same at barycentric coordinates, in the order of the mesh's indices.
+    pub fn solid_at(&mut self, triangle: u32, weights: [f64; 3]) -> bool {
+        self.get(triangle).solid(weights)
+    }
+
+    fn get(&mut self, triangle: u32) -> &Last<'a> {
+        if self.last.as_ref().is_some_and(|last| last.triangle != triangle) {
+            self.last = None;
         }
-        let Some(last) = &self.last else { return true };
-        let (w, _) = last.patch.weights(px, py);
-        let mut alpha =
-            (last.alpha[0] as f64 * w[0] + last.alpha[1] as f64 * w[1] + last.alpha[2] as f64 * w[2]) as f32;
-        if let Some((coordinates, map)) = &last.texture {
-            alpha *= map.at(coordinates.at(w));
-        }
-        alpha >= last.cutoff
+        self.last.get_or_insert_with(|| Last::new(self.geometry, &self.camera, triangle))
     }
 }
 
 impl<'a> Last<'a> {
-    fn new(prepared: &'a Prepared<'a>, triangle: u32) -> Self {
-        let draw = prepared.geometry.draw_of(triangle);
+    fn new(geometry: &'a Geometry, camera: &Camera, triangle: u32) -> Self {
+        let draw = geometry.draw_of(triangle);
         let local = triangle - draw.first;
-        let corners = draw.corners(local).map(|p| prepared.camera.world_to_camera(p));
+        let corners = draw.corners(local).map(|p| camera.world_to_camera(p));
         let factor = draw.material.base_color[3];
         let indices = draw.mesh.triangles[local as usize];
         let texture = draw.material.base_color_texture.as_ref();
@@ -100,9 +109,18 @@ impl<'a> Last<'a> {
                 Cutout::Solid => f32::NEG_INFINITY,
                 Cutout::Hidden => f32::INFINITY,
             },
-            patch: Patch::new(&prepared.camera, corners),
+            patch: Patch::new(camera, corners),
             texture: texture.map(|t| (Coordinates::new(t, &draw.mesh, indices), AlphaMap::new(t))),
             alpha: indices.map(|i| factor * draw.mesh.colors.get(i as usize).map_or(1.0, |c| c[3])),
         }
+    }
+
+    fn solid(&self, w: [f64; 3]) -> bool {
+        let mut alpha =
+            (self.alpha[0] as f64 * w[0] + self.alpha[1] as f64 * w[1] + self.alpha[2] as f64 * w[2]) as f32;
+        if let Some((coordinates, map)) = &self.texture {
+            alpha *= map.at(coordinates.at(w));
+        }
+        alpha >= self.cutoff
     }
 }

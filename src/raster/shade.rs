@@ -171,6 +171,16 @@ impl<'a> Layer<'a> {
 impl Facet<'_> {
     pub fn surface(&self, px: f64, py: f64) -> Surface {
         let (w, inverse) = self.patch.weights(px, py);
+        self.surface_at(w, inverse)
+    }
+
+    /// The point with barycentric coordinates `w` (in the order of the mesh's indices), textures unfiltered: for
+    /// triangles seen edge-on, whose footprint has no bound.
+    pub fn point(&self, w: [f64; 3]) -> Surface {
+        self.surface_at(w, 0.0)
+    }
+
+    fn surface_at(&self, w: [f64; 3], inverse: f64) -> Surface {
         Surface {
             color: self.color_at(w, inverse),
             normal: self.normal_at(w, inverse),

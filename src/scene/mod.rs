@@ -6,6 +6,7 @@
 
 pub mod builtin;
 pub mod names;
+pub mod select;
 pub mod tables;
 
 use crate::{array::Array, math::Aabb};

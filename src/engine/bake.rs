@@ -1,0 +1,296 @@
+//! Baking a plan: what to bake with, what came of it.
+
+use super::{
+    attempt::Attempt,
+    cache,
+    error::EngineError,
+    events::{Event, Events},
+    plan::Plan,
+    profile::Profile,
+    publish::names,
+    schedule::Trust,
+};
+use crate::math::Stop;
+use std::path::{Path, PathBuf};
+
+/// How to bake. None of these may change the bytes that come out.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The cache folder; made where it is missing.
+    pub cache: PathBuf,
+    /// The folder above `<pipeline>/`.
+    pub out: PathBuf,
+    /// Tasks and threads at a time; 0: as many as the machine has.
+    pub jobs: usize,
+    /// Bytes that running tasks may use together, as estimated by their kinds; 0: three quarters of the machine's memory.
+    pub memory: u64,
+    /// Only these nodes and what they need; empty: all. Nothing is published then. A prefix `part` names all of `part/…`.
+    pub only: Vec<String>,
+    /// These nodes run although the cache holds their results.
+    pub force: Vec<String>,
+    /// After a failure, bake whatever does not depend on it.
+    pub keep_going: bool,
+    /// Say what would run; run nothing, write nothing.
+    pub dry_run: bool,
+    /// Share of the hits, 0 to 1, that are recomputed and compared.
+    pub audit: f64,
+    /// Where to write a Chrome trace.
+    pub profile: Option<PathBuf>,
+}
+
+impl Options {
+    pub fn new(cache: impl Into<PathBuf>, out: impl Into<PathBuf>) -> Self {
+        Self {
+            cache: cache.into(),
+            out: out.into(),
+            jobs: 0,
+            memory: 0,
+            only: Vec::new(),
+            force: Vec::new(),
+            keep_going: false,
+            dry_run: false,
+            audit: 0.0,
+            profile: None,
+        }
+    }
+}
+
+/// How a bake ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    Baked,
+    /// A node failed; nothing was published.
+    Failed,
+    /// A bound of `[require]` was missed; the result lies in `rejected/`.
+    NotMet,
+    Interrupted,
+}
+
+impl Outcome {
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Self::Baked => 0,
+            Self::Failed => 1,
+            Self::NotMet => 3,
+            Self::Interrupted => 130,
+        }
+    }
+}
+
+/// What a dry run says of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Forecast {
+    Hit,
+    /// At least one element has to run.
+    Runs,
+    /// Something above it runs; whether it runs too depends on what comes out there.
+    MayRun,
+}
+
+/// What became of one node.
+#[derive(Clone, Debug)]
+pub struct NodeReport {
+    pub name: String,
+    pub kind: &'static str,
+    /// Elements taken from the cache. A node that is not mapped counts as one element.
+    pub hits: u64,
+    /// Elements that ran to the end.
+    pub runs: u64,
+    pub failed: u64,
+    /// Elements that could not run because something that they need failed.
+    pub skipped: u64,
+    /// Summed over the runs.
+    pub seconds: f64,
+    /// Only in a dry run.
+    pub forecast: Option<Forecast>,
+}
+
+/// A failed element and its cause.
+#[derive(Clone, Debug)]
+pub struct Failure {
+    pub node: String,
+    pub element: Option<String>,
+    pub message: String,
+}
+
+/// A missed bound of `[require]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unmet {
+    pub node: String,
+    /// Path into the certificate.
+    pub path: String,
+    /// What stands there; absent where the path leads to no number.
+    pub measured: Option<f64>,
+    pub min: Option<f64>,
+    pub max: Option<f64>,
+}
+
+/// What came of a bake.
+#[derive(Clone, Debug)]
+pub struct Report {
+    pub outcome: Outcome,
+    /// In the order of the plan; only the nodes that were asked for.
+    pub nodes: Vec<NodeReport>,
+    pub errors: Vec<Failure>,
+    pub unmet: Vec<Unmet>,
+    pub warnings: usize,
+    /// Files written in this bake, below `folder`.
+    pub published: Vec<String>,
+    /// `out/<pipeline>`, or its `rejected/` where a bound was missed.
+    pub folder: PathBuf,
+    /// Wall clock.
+    pub seconds: f64,
+    /// Highest resident memory of the process in bytes, where the system tells.
+    pub peak_memory: Option<u64>,
+}
+
+impl Report {
+    pub fn hits(&self) -> u64 {
+        self.nodes.iter().map(|n| n.hits).sum()
+    }
+    pub fn runs(&self) -> u64 {
+        self.nodes.iter().map(|n| n.runs).sum()
+    }
+}
+
+/// Bakes `plan`. Failures of nodes stand in the report; an error means that the engine itself could not go on.
+pub fn bake(plan: &Plan, options: &Options, stop: &Stop, events: &dyn Events) -> Result<Report, EngineError> {
+    let wanted = select(plan, &options.only)?;
+    let forced = named(plan, &options.force)?.into_iter().collect();
+    check_files(plan, &options.out)?;
+    let threads = match options.jobs {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        n => n,
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|e| EngineError::cache(&options.cache, format!("no threads: {e}")))?;
+    let mut attempt = Attempt {
+        plan,
+        options,
+        stop,
+        events,
+        wanted,
+        forced,
+        pool,
+        jobs: threads,
+        memory: if options.memory == 0 { machine_memory() / 4 * 3 } else { options.memory },
+        trust: Trust::Nodes,
+        profile: Profile::new(options.profile.is_some()),
+        warnings: 0,
+    };
+    events.event(&Event::Started { nodes: attempt.wanted.iter().filter(|w| **w).count() });
+    let mut left = ATTEMPTS;
+    let report = loop {
+        left -= 1;
+        match attempt.run() {
+            Err(EngineError::Damaged { what, .. }) if left > 0 && !options.dry_run => {
+                cache::set_index_aside(&options.cache)?;
+                let text = format!("the cache's index is damaged ({what}); it is set aside and the bake begins again");
+                attempt.warn(&text);
+            }
+            Err(EngineError::Again(what)) if left > 0 => {
+                attempt.warn(&format!("{what}; the bake begins again, with what is finished"));
+                attempt.trust = Trust::Runs;
+            }
+            other => break other?,
+        }
+    };
+    if let Some(path) = &options.profile {
+        let fail = |e| EngineError::File { path: path.clone(), what: format!("the profile cannot be written: {e}") };
+        attempt.profile.write(path).map_err(fail)?;
+    }
+    let (hits, runs) = (report.hits(), report.runs());
+    events.event(&Event::Finished { outcome: report.outcome, hits, runs, seconds: report.seconds });
+    Ok(report)
+}
+
+/// How often a bake begins anew before it gives up.
+const ATTEMPTS: u32 = 4;
+
+/// The nodes that `names` name: each a node, or a part whose nodes are `name/…`.
+fn named(plan: &Plan, names: &[String]) -> Result<Vec<usize>, EngineError> {
+    let mut out = Vec::new();
+    for name in names {
+        let inside =
+            |node: &str| node.strip_prefix(name.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+        let found = (0..plan.nodes.len()).filter(|i| inside(&plan.nodes[*i].name));
+        let before = out.len();
+        out.extend(found);
+        if out.len() == before {
+            return Err(unknown(plan, name));
+        }
+    }
+    Ok(out)
+}
+
+/// The error for a node that is not there, with the nearest name that is.
+pub(super) fn unknown(plan: &Plan, name: &str) -> EngineError {
+    let near = plan.nodes.iter().map(|n| (distance(&n.name, name), &n.name)).min();
+    let near = near.filter(|(d, _)| *d <= 1 + name.len() / 3).map(|(_, n)| n.clone());
+    EngineError::UnknownNode { name: name.to_owned(), near }
+}
+
+/// Levenshtein's distance in bytes.
+fn distance(a: &str, b: &str) -> usize {
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.bytes().enumerate() {
+        let mut corner = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.bytes().enumerate() {
+            let cost = (corner + usize::from(x != y)).min(row[j] + 1).min(row[j + 1] + 1);
+            corner = std::mem::replace(&mut row[j + 1], cost);
+        }
+    }
+    row[b.len()]
+}
+
+/// Which nodes `only` asks for: those named and what they need.
+fn select(plan: &Plan, only: &[String]) -> Result<Vec<bool>, EngineError> {
+    let mut wanted = vec![only.is_empty(); plan.nodes.len()];
+    for n in named(plan, only)? {
+        wanted[n] = true;
+    }
+    // Every node follows what it reads.
+    for n in (0..plan.nodes.len()).rev().filter(|_| !only.is_empty()) {
+        if wanted[n] {
+            for from in plan.nodes[n].inputs.iter().flat_map(|i| [i.from, i.via]).flatten() {
+                wanted[from.node.0 as usize] = true;
+            }
+        }
+    }
+    Ok(wanted)
+}
+
+/// Names that can be refused before anything runs.
+fn check_files(plan: &Plan, out: &Path) -> Result<(), EngineError> {
+    if let Some(what) = names::bad_component(&plan.name) {
+        return Err(EngineError::publish(&out.join(&plan.name), format!("the pipeline's name {what}")));
+    }
+    for file in &plan.files {
+        if let Some(what) = names::bad_path(&file.path.replace("{name}", "name")) {
+            return Err(EngineError::publish(Path::new(&file.path), what));
+        }
+    }
+    let paths = plan.files.iter().map(|f| f.path.as_str());
+    match names::collision(paths) {
+        Some((a, b)) => Err(EngineError::publish(Path::new(b), format!("it collides with `{a}`"))),
+        None => Ok(()),
+    }
+}
+
+/// Bytes of memory that the machine has; 4 GiB where the system does not tell.
+fn machine_memory() -> u64 {
+    proc_kib("/proc/meminfo", "MemTotal:").unwrap_or(4 << 30)
+}
+
+/// A line `NAME 123 kB` of a file below /proc, in bytes.
+fn proc_kib(file: &str, name: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|l| l.strip_prefix(name))?;
+    Some(line.split_whitespace().next()?.parse::<u64>().ok()? << 10)
+}
+
+/// Highest resident memory of this process so far, in bytes.
+pub fn peak_memory() -> Option<u64> {
+    proc_kib("/proc/self/status", "VmHWM:")
+}

@@ -1,0 +1,42 @@
+//! Why the engine itself could not go on. What a kind reports is not here: it fails its node and stands in the report.
+
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, thiserror::Error)]
+pub enum EngineError {
+    #[error("cache {path}: {what}")]
+    Cache { path: PathBuf, what: String },
+    /// The index is no sound SQLite file. The bake sets it aside and starts again.
+    #[error("cache {path}: the index is damaged: {what}")]
+    Damaged { path: PathBuf, what: String },
+    #[error("no node `{name}` in this pipeline{}", near.as_ref().map(|n| format!("; did you mean `{n}`?")).unwrap_or_default())]
+    UnknownNode { name: String, near: Option<String> },
+    #[error("cannot publish {path}: {what}")]
+    Publish { path: PathBuf, what: String },
+    #[error("{path}: {what}")]
+    File { path: PathBuf, what: String },
+    /// The schedule cannot go on with what it believed of the cache; the bake starts again. Never seen by callers.
+    #[error("{0}")]
+    Again(String),
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl EngineError {
+    /// 2 for a wrong argument, 130 for an interruption, else 1.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::UnknownNode { .. } => 2,
+            Self::Interrupted => 130,
+            _ => 1,
+        }
+    }
+
+    pub(crate) fn cache(path: &Path, what: impl ToString) -> Self {
+        Self::Cache { path: path.to_owned(), what: what.to_string() }
+    }
+
+    pub(crate) fn publish(path: &Path, what: impl ToString) -> Self {
+        Self::Publish { path: path.to_owned(), what: what.to_string() }
+    }
+}
