@@ -1,12 +1,4 @@
-//! What a bake tells while it works, and three ways to show it: plain lines, bars on a terminal, JSON lines.
-
-mod bars;
-mod json;
-mod lines;
-
-pub use bars::Bars;
-pub use json::JsonLines;
-pub use lines::Lines;
+//! What a bake tells while it works. How it is shown is the command line's matter.
 
 use super::bake::Outcome;
 
@@ -42,13 +34,4 @@ pub struct Silent;
 
 impl Events for Silent {
     fn event(&self, _: &Event) {}
-}
-
-fn outcome_text(outcome: Outcome) -> &'static str {
-    match outcome {
-        Outcome::Baked => "baked",
-        Outcome::Failed => "failed",
-        Outcome::NotMet => "not met",
-        Outcome::Interrupted => "interrupted",
-    }
 }
