@@ -32,9 +32,10 @@ impl Schedule<'_> {
             return self.finish(n);
         }
         let spec = node.kind.spec();
-        let names = key::source_params(spec);
+        let (share, names) = self.kinds.entry(spec.name).or_insert_with(|| (key::kind(spec), key::source_params(spec)));
+        let share = *share;
         if !names.is_empty() {
-            match source::sources(spec, &node.params, &names, self.cache) {
+            match source::sources(spec, &node.params, names, self.cache) {
                 Ok(found) => {
                     self.nodes[n].source_keys = found.keys;
                     self.nodes[n].roots = found.roots;
@@ -43,7 +44,7 @@ impl Schedule<'_> {
             }
         }
         let state = &self.nodes[n];
-        let fixed = key::fixed(spec, &node.params, &state.source_keys);
+        let fixed = key::fixed(share, &node.params, &state.source_keys);
         let mut inputs: Vec<Option<Digest>> =
             node.inputs.iter().map(|input| input.from.map(|from| self.output(from).hash)).collect();
         let mapped = !node.axes.is_empty();
@@ -54,12 +55,14 @@ impl Schedule<'_> {
                 inputs.extend(self.outer(n, i).map(|outer| Some(self.output(outer).hash)));
             }
         }
-        let whole = (0..node.inputs.len()).all(|i| elements::takes_all(node, i));
         let state = &mut self.nodes[n];
         state.fixed = fixed;
         state.key = if mapped { key::map(fixed, &inputs, &elements::shape(node)) } else { key::run(fixed, &inputs, None) };
         state.inputs = inputs;
-        debug_assert!(mapped || whole, "a node without axes takes whole lists");
+        debug_assert!(
+            mapped || (0..node.inputs.len()).all(|i| elements::takes_all(node, i)),
+            "a node without axes takes whole lists"
+        );
         let forced = self.forced.contains(&n);
         if broken.is_empty() && !forced && self.options.audit == 0.0 && self.trust == Trust::Nodes {
             if let Some(trace) = self.previous_trace(n).filter(|t| believable(t, &self.nodes[n], mapped)) {
@@ -124,8 +127,10 @@ impl Schedule<'_> {
         };
         let mut unmet = broken.clone();
         for (at, name) in names.into_iter().enumerate() {
-            let parts: Vec<&str> = name.split(crate::engine::value::JOIN).collect();
-            let hit = |b: &Broken| node.axes.iter().zip(&parts).all(|(axis, part)| b.get(axis).is_none_or(|x| x == part));
+            let hit = |b: &Broken| {
+                let mut parts = node.axes.iter().zip(name.split(crate::engine::value::JOIN));
+                parts.all(|(axis, part)| b.get(axis).is_none_or(|x| x == part))
+            };
             if broken.iter().any(hit) {
                 unmet.retain(|b| !hit(b));
                 self.add_run(n, name, Digest::default(), State::Skipped, Cause::Missing, None);
