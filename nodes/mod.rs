@@ -9,9 +9,9 @@ mod pack_atlas;
 pub mod render_slices;
 mod resample;
 mod select_objects;
+mod split_objects;
 pub mod values;
 pub mod view_cell;
-mod split_objects;
 pub mod voxel_mesh;
 mod write_glb;
 

@@ -167,8 +167,7 @@ impl Surface {
             (_, 0) => &chain[1..],
             _ => &chain[..m - 2],
         };
-        let merged: Vec<u32> =
-            s.ring_b[..place].iter().chain(inner).chain(&s.ring_b[place + 1..]).copied().collect();
+        let merged: Vec<u32> = s.ring_b[..place].iter().chain(inner).chain(&s.ring_b[place + 1..]).copied().collect();
         let first = merged.iter().position(|v| *v == x);
         let last = merged.iter().rposition(|v| *v == x);
         let (Some(i), Some(j)) = (first, last) else { return Link::Forbidden };
