@@ -5,13 +5,13 @@ mod evaluate;
 mod field_scene;
 mod load_scene;
 mod make_scene;
-pub mod render_slices;
-pub mod values;
-pub mod view_cell;
 mod pack_atlas;
+pub mod render_slices;
 mod resample;
 mod select_objects;
 mod split_objects;
+pub mod values;
+pub mod view_cell;
 pub mod voxel_mesh;
 mod write_glb;
 

@@ -38,17 +38,19 @@ impl Surface {
         let mut dropped = 0;
         for part in order {
             stop.check()?;
+            // What lies on a seam is the neighbour's edge too.
+            let on_seam = |f: &u32| self.topology.corners(*f).iter().any(|v| self.locked[*v as usize]);
+            if faces_of[part].iter().any(on_seam) {
+                continue;
+            }
             let mut own: Vec<u32> = faces_of[part].iter().flat_map(|f| self.cover.list(*f).iter().copied()).collect();
             own.sort_unstable();
             own.dedup();
             let mut gains = Vec::new();
             let covered = own.iter().all(|v| {
                 let near = neighbours(voxels, *v).flat_map(|u| naming.of(u));
-                let other = near.filter(|f| {
-                    parts.of_face[**f as usize] != part as u32 && self.topology.is_live(**f)
-                });
-                let touching: Vec<u32> =
-                    other.copied().filter(|f| self.cover.touches(self.triangle(*f), *v)).collect();
+                let other = near.filter(|f| parts.of_face[**f as usize] != part as u32 && self.topology.is_live(**f));
+                let touching: Vec<u32> = other.copied().filter(|f| self.cover.touches(self.triangle(*f), *v)).collect();
                 gains.extend(touching.iter().map(|f| (*f, *v)));
                 !touching.is_empty()
             });
@@ -104,6 +106,10 @@ fn neighbours(voxels: &[Voxel], v: u32) -> impl Iterator<Item = u32> {
     (0..9).flat_map(move |k| {
         let (l, j) = (layer + k / 3 - 1, y + k % 3 - 1);
         let from = voxels.partition_point(|u| at(u) < (l, j, x - 1));
-        voxels[from..].iter().take_while(move |u| at(u) <= (l, j, x + 1)).enumerate().map(move |(i, _)| (from + i) as u32)
+        voxels[from..]
+            .iter()
+            .take_while(move |u| at(u) <= (l, j, x + 1))
+            .enumerate()
+            .map(move |(i, _)| (from + i) as u32)
     })
 }
