@@ -9,6 +9,8 @@ mod pack_atlas;
 pub mod render_slices;
 mod resample;
 mod select_objects;
+pub mod values;
+pub mod view_cell;
 mod split_objects;
 pub mod values;
 pub mod view_cell;

@@ -3,6 +3,7 @@
 use super::{
     certificate::{Bound, Camera, Ceiling, Certificate, Flip, Sampling as Sampled, StandIn, WorstView},
     figures::{Figures, rounded},
+    frame::Frame,
     measure::{Reference, Setting, Shot, ViewFigures},
     pictures::panels,
     shading::{self, Choice},
@@ -104,7 +105,8 @@ pub fn compare(
     let all = [Some(stand_in), ceiling].into_iter().flatten().fold(selection, |b, s| b.union(s.bounds()));
     let seen = if views::surrounds(cell, &selection) { directions(&geometry, cell, stop)? } else { Vec::new() };
     let views = views::draw(cell, &selection, &all, &seen, sampling);
-    let measured = judge.measure(&views, options.ceiling_views as usize)?;
+    let frames: Vec<Frame> = views.iter().map(|v| Frame::around(v, &all, setting.bound_px)).collect();
+    let measured = judge.measure(&frames, options.ceiling_views as usize)?;
     let figures: Vec<ViewFigures> = measured.iter().map(|m| m.0).collect();
     let of_ceiling: Vec<ViewFigures> = measured.iter().filter_map(|m| m.1).collect();
     if figures.iter().all(|f| f.counts.covered == 0) {
@@ -116,7 +118,7 @@ pub fn compare(
 
     let order = by_psnr(&figures);
     let (mut worst, names) = worst_views(&figures, &order, |i| Camera::of(&views[i], sampling.fov.to_degrees()));
-    let looked_at = judge.look(&views, &order[..order.len().min(FLIP_VIEWS)], &names)?;
+    let looked_at = judge.look(&frames, &order[..order.len().min(FLIP_VIEWS)], &names)?;
     let flips: Vec<f64> = looked_at.iter().filter_map(|l| l.flip).collect();
     let pictures = looked_at.into_iter().filter_map(|l| Some((names.get(&l.view)?.clone(), l.picture?))).collect();
     worst.values_mut().filter(|w| w.value == 0.0).for_each(|w| w.picture = None);
@@ -199,37 +201,45 @@ impl Judge<'_> {
     /// Figures of the stand-in in every view, and of the ceiling in the first `ceiling_views`.
     fn measure(
         &self,
-        views: &[View],
+        frames: &[Frame],
         ceiling_views: usize,
     ) -> Result<Vec<(ViewFigures, Option<ViewFigures>)>, Stopped> {
-        let one = |(i, view): (usize, &View)| {
-            let reference = Reference::take(&self.original, view, &self.setting, self.stop)?;
+        let one = |(i, frame): (usize, &Frame)| {
+            let reference = Reference::take(&self.original, &frame.window, &self.setting, self.stop)?;
             let judged = |shader: &Shader| -> Result<ViewFigures, Stopped> {
-                let shot = Shot::take(shader, view, &self.setting.rendering, self.stop)?;
-                Ok(reference.measure(&shot, shader.geometry, view))
+                let shot = Shot::take(shader, &frame.window, &self.setting.rendering, self.stop)?;
+                Ok(reference.measure(&shot, shader.geometry, frame))
             };
             let ceiling = self.ceiling.as_ref().filter(|_| i < ceiling_views).map(judged).transpose()?;
             Ok((judged(&self.stand_in)?, ceiling))
         };
-        in_batches(views.iter().enumerate().collect(), one)
+        in_batches(frames.iter().enumerate().collect(), one)
     }
 
     /// FLIP for the views in `flips`, panels for those in `names`.
-    fn look(&self, views: &[View], flips: &[usize], names: &BTreeMap<usize, String>) -> Result<Vec<Look>, Stopped> {
+    fn look(&self, frames: &[Frame], flips: &[usize], names: &BTreeMap<usize, String>) -> Result<Vec<Look>, Stopped> {
         let wanted: BTreeSet<usize> = flips.iter().chain(names.keys()).copied().collect();
         let one = |i: usize| {
-            let reference = Reference::take(&self.original, &views[i], &self.setting, self.stop)?;
-            let stand_in = Shot::take(&self.stand_in, &views[i], &self.setting.rendering, self.stop)?;
-            let rgb = |p: &Picture| -> Vec<u8> { p.texels.iter().flat_map(|t| [t[0], t[1], t[2]]).collect() };
-            let (a, b) = (&reference.shot.picture, &stand_in.picture);
+            let frame = &frames[i];
+            let reference = Reference::take(&self.original, &frame.window, &self.setting, self.stop)?;
+            let stand_in = Shot::take(&self.stand_in, &frame.window, &self.setting.rendering, self.stop)?;
             Ok(Look {
                 view: i,
-                flip: flips.contains(&i).then(|| flip(&rgb(a), &rgb(b), a.width, a.height)),
-                picture: names.contains_key(&i).then(|| panels(&reference, &stand_in)),
+                flip: flips.contains(&i).then(|| flip_of(&reference.shot.picture, &stand_in.picture, frame)),
+                picture: names.contains_key(&i).then(|| panels(&reference, &stand_in, frame)),
             })
         };
         in_batches(wanted.into_iter().collect(), one)
     }
+}
+
+/// FLIP over the whole frame; it is nothing outside the window, where both pictures show the background.
+fn flip_of(a: &Picture, b: &Picture, frame: &Frame) -> f64 {
+    if a == b {
+        return 0.0;
+    }
+    let rgb = |p: &Picture| -> Vec<u8> { p.texels.iter().flat_map(|t| [t[0], t[1], t[2]]).collect() };
+    flip(&rgb(a), &rgb(b), a.width, a.height) * a.texels.len() as f64 / frame.pixels
 }
 
 /// Maps in parallel, a few at a time so that memory stays bounded; results in order.

@@ -3,12 +3,13 @@
 use super::{
     classes::{Classes, Counts, Rule, classify},
     edges::{Surfaces, dilate_square, discontinuities},
+    frame::Frame,
     parallax::{Angle, Parallax},
 };
 use crate::{
     image::{
         Picture,
-        measure::{luminance, mean_within, psnr, psnr_within, ssim_map},
+        measure::{decibel, luminance, mean_within, psnr_within, squared_error, ssim_map},
     },
     math::{Stop, Stopped, View},
     raster::{Geometry, NOTHING, Nearest, Options, Rendering, Shader, nearest, picture},
@@ -89,20 +90,23 @@ impl Reference {
         classify(&self.shot.surfaces(), &stand_in.surfaces(), &self.edges, &self.rule)
     }
 
-    pub fn measure(&self, stand_in: &Shot, geometry: &Geometry, view: &View) -> ViewFigures {
+    /// Beside `frame`'s window both scenes show the background alone.
+    pub fn measure(&self, stand_in: &Shot, geometry: &Geometry, frame: &Frame) -> ViewFigures {
         let (a, b) = (&self.shot, stand_in);
         let width = a.nearest.width as usize;
         let (sa, sb) = (a.surfaces(), b.surfaces());
         let either: Vec<bool> = (0..sa.depth.len()).map(|i| sa.covered(i) || sb.covered(i)).collect();
         let object = dilate_square(&either, width, OBJECT_MARGIN);
         let similarity = ssim_map(&a.luminance, &b.luminance, width);
+        let outside = frame.pixels - similarity.len() as f64;
+        let similar: f64 = similarity.iter().map(|v| f64::from(*v)).sum();
         ViewFigures {
-            psnr: psnr(&a.luminance, &b.luminance),
+            psnr: decibel(squared_error(&a.luminance, &b.luminance) / frame.pixels),
             psnr_object: psnr_within(&a.luminance, &b.luminance, &object),
-            ssim: similarity.iter().map(|v| f64::from(*v)).sum::<f64>() / similarity.len() as f64,
+            ssim: (similar + outside) / frame.pixels,
             ssim_object: mean_within(&similarity, &object),
             counts: self.classes(b).counts,
-            back_facing: back_facing(geometry, view, &b.nearest),
+            back_facing: back_facing(geometry, &frame.window, &b.nearest),
         }
     }
 }

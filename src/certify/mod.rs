@@ -11,6 +11,7 @@ mod cracks;
 mod deviation;
 pub mod edges;
 mod figures;
+mod frame;
 mod measure;
 pub mod parallax;
 mod pictures;

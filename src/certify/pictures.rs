@@ -5,21 +5,33 @@
 
 use super::{
     classes::{Class, Classes},
+    frame::Frame,
     measure::{Reference, Shot},
 };
 use crate::image::{Picture, measure::luminance};
 
+/// Mid-grey, as `Rendering::default()` has it.
+const BACKGROUND: [u8; 4] = [128, 128, 128, 255];
 /// How much the difference is enlarged.
 const GAIN: f32 = 4.0;
 
-/// The three panels, `3 · width` pixels wide.
-pub fn panels(original: &Reference, stand_in: &Shot) -> Picture {
+/// The three panels, three frames wide.
+pub fn panels(original: &Reference, stand_in: &Shot, frame: &Frame) -> Picture {
     let (a, b) = (&original.shot.picture, &stand_in.picture);
     let difference = difference(a, b, &original.classes(stand_in));
-    let width = a.width as usize;
-    let rows = a.texels.chunks(width).zip(b.texels.chunks(width)).zip(difference.chunks(width));
-    let texels = rows.flat_map(|((a, b), d)| [a, b, d]).flatten().copied().collect();
-    Picture { width: 3 * a.width, height: a.height, texels }
+    let (width, height) = (frame.size[0] as usize, frame.size[1] as usize);
+    let mut texels = Vec::with_capacity(3 * width * height);
+    for _ in 0..height {
+        texels.extend(std::iter::repeat_n(BACKGROUND, 2 * width));
+        texels.extend(std::iter::repeat_n([0, 0, 0, 255], width));
+    }
+    for (panel, pixels) in [&a.texels, &b.texels, &difference].into_iter().enumerate() {
+        for (y, row) in pixels.chunks(a.width as usize).enumerate() {
+            let at = (frame.origin[1] as usize + y) * 3 * width + panel * width + frame.origin[0] as usize;
+            texels[at..at + row.len()].copy_from_slice(row);
+        }
+    }
+    Picture { width: 3 * frame.size[0], height: frame.size[1], texels }
 }
 
 fn difference(a: &Picture, b: &Picture, classes: &Classes) -> Vec<[u8; 4]> {

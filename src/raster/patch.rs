@@ -87,11 +87,10 @@ impl<'a> Holes<'a> {
     }
 
     fn get(&mut self, triangle: u32) -> &Last<'a> {
-        let last = match self.last.take() {
-            Some(last) if last.triangle == triangle => last,
-            _ => Last::new(self.geometry, &self.camera, triangle),
-        };
-        self.last.insert(last)
+        if self.last.as_ref().is_some_and(|last| last.triangle != triangle) {
+            self.last = None;
+        }
+        self.last.get_or_insert_with(|| Last::new(self.geometry, &self.camera, triangle))
     }
 }
 

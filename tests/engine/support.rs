@@ -44,9 +44,9 @@ macro_rules! kinds {
                 type In = $input;
                 type Out = $output;
                 fn memory(_: &Params, sizes: &[u64]) -> u64 { sizes.iter().sum() }
-                fn run(p: &Params, i: $input, ctx: &Ctx) -> Result<$output, NodeError> {
+                fn run(_p: &Params, i: $input, ctx: &Ctx) -> Result<$output, NodeError> {
                     #[expect(clippy::redundant_closure_call, reason = "the body of a kind is an expression")]
-                    ($run as fn(($(&$pty,)*), $input, &Ctx) -> Result<$output, NodeError>)(($(&p.$param,)*), i, ctx)
+                    ($run as fn(($(&$pty,)*), $input, &Ctx) -> Result<$output, NodeError>)(($(&_p.$param,)*), i, ctx)
                 }
             }
         };
@@ -104,7 +104,6 @@ kinds! {
     Constant "constant" (value: i64, pad: u32) in Nothing out One =>
         |(v, pad), _, _| Ok(One { value: Arc::new(Num(*v, *pad as usize)) });
     Add "add" (plus: i64) in Two out One => |(plus,), i, _| Ok(num(i.a.0 + i.b.map_or(0, |b| b.0) + plus));
-    Parity "parity" () in One out One => |_, i, _| Ok(num(i.value.0.rem_euclid(2)));
     MakeList "list" (names: Vec<String>, values: Vec<i64>) in Nothing out Items => |(n, v), _, _| Ok(list(n, v));
     MakeMany "many" (count: i64, changed: i64) in Nothing out Items =>
         |(n, c), _, _| {

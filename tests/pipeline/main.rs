@@ -4,6 +4,7 @@ mod errors;
 mod fuzz;
 mod kinds;
 mod meaning;
+mod stock;
 
 use farfield::engine::{
     pipeline::{Problems, Request, Stock, load_text},

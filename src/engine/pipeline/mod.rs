@@ -12,6 +12,7 @@ mod order;
 mod problem;
 mod publish;
 mod read;
+mod reference;
 mod source;
 mod suggest;
 mod types;

@@ -6,6 +6,7 @@ use super::{
     suggest,
 };
 use std::{
+    io::Read,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -15,7 +16,7 @@ use toml::{
 };
 
 /// A pipeline file may be this large; spans fit in 32 bits.
-const MAX_BYTES: usize = 256 << 20;
+const MAX_BYTES: usize = 64 << 20;
 
 /// A pipeline that the program carries: its name and its text.
 pub type Stock = (&'static str, &'static str);
@@ -48,7 +49,7 @@ pub fn open(file: &str, folder: &Path, stock: &[Stock]) -> Result<(Source, PathB
         }
     }
     let fail = |what: String| Err(Problem::nowhere(format!("cannot read the pipeline file `{file}`: {what}")));
-    let bytes = match std::fs::read(&path) {
+    let bytes = match read_bytes(&path) {
         Ok(bytes) => bytes,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
             let hint = neighbour(&path).map(|n| format!("did you mean `{n}`? ")).unwrap_or_default();
@@ -58,7 +59,7 @@ pub fn open(file: &str, folder: &Path, stock: &[Stock]) -> Result<(Source, PathB
         Err(e) => return fail(e.to_string()),
     };
     if bytes.len() > MAX_BYTES {
-        return fail(format!("{} MiB, expected at most {} MiB", bytes.len() >> 20, MAX_BYTES >> 20));
+        return fail(format!("it is longer than {} MiB", MAX_BYTES >> 20));
     }
     let text = match String::from_utf8(bytes) {
         Ok(text) => text,
@@ -66,6 +67,13 @@ pub fn open(file: &str, folder: &Path, stock: &[Stock]) -> Result<(Source, PathB
     };
     let home = path.parent().map_or_else(|| folder.to_owned(), Path::to_owned);
     Ok((Source { name: file.to_owned(), text: text.into(), folder: home, argument: false }, path))
+}
+
+/// A file's bytes, but not many more than a pipeline may have.
+fn read_bytes(path: &Path) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)?.take(MAX_BYTES as u64 + 1).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// A file in the same folder whose name is near.

@@ -161,7 +161,8 @@ impl Schedule<'_> {
         }
         let state = &mut self.nodes[n];
         state.binding = Some(binding);
-        // What failed above without reaching an element here may reach one further down.
+        // What failed above has no rows, and so no elements here; it may reach some further down.
+        state.skipped += unmet.len() as u64;
         state.broken.extend(unmet);
         self.opened(n)
     }

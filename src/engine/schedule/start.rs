@@ -163,7 +163,9 @@ impl Schedule<'_> {
             stop: self.stop.clone(),
             blobs: self.cache.blobs().clone(),
         };
-        state.state = State::Running;
+        if !state.state.is_settled() {
+            state.state = State::Running;
+        }
         let run: &mut Run = &mut state.runs[id.run];
         (run.state, run.memory) = (State::Running, need);
         self.flying.entry(run.key).or_default();

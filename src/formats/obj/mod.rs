@@ -10,6 +10,7 @@ mod shape;
 use super::{FormatError, loader::Loader, mesh, ply::linear};
 use crate::{
     array::Bytes,
+    math::{Stop, Stopped},
     scene::{Material, Mesh, Object, Part},
 };
 use shape::{Corner, Shapes};
@@ -144,9 +145,10 @@ fn objects(
     let plain = Arc::new(Material { metallic: 0.0, ..Material::default() });
     let mut missing = std::collections::BTreeSet::new();
     let mut out: Vec<Object> = Vec::new();
+    let mut builder = Builder::new(pool);
     for (name, material, faces) in shapes.finish() {
         loader.stop.check()?;
-        let whole = build(pool, &faces);
+        let whole = builder.build(&faces, loader.stop)?;
         let mesh = mesh::finish(whole)
             .map_err(|(at, what)| FormatError::invalid(file, format!("object `{name}`, {at}"), what))?;
         let material = match materials.get(&material) {
@@ -173,31 +175,58 @@ fn objects(
     Ok(out)
 }
 
-/// The mesh of these triangles: one vertex for every distinct corner, in the order of first use.
-fn build(pool: &Pool, faces: &[[Corner; 3]]) -> Mesh {
-    let all = |has: fn(&Corner) -> bool| faces.iter().flatten().all(has);
-    let (textured, lit) = (all(|c| c.1.is_some()), all(|c| c.2.is_some()));
-    let mut corners: Vec<Corner> = Vec::new();
-    let mut known: BTreeMap<Corner, u32> = BTreeMap::new();
-    let triangles = faces.iter().map(|face| {
-        face.map(|(v, uv, n)| {
-            let corner = (v, uv.filter(|_| textured), n.filter(|_| lit));
-            *known.entry(corner).or_insert_with(|| {
-                corners.push(corner);
-                corners.len() as u32 - 1
-            })
+/// Makes meshes of triangles: one vertex for every distinct corner, in the order of first use.
+struct Builder<'a> {
+    pool: &'a Pool,
+    /// For every position the last vertex made of it in the current mesh.
+    last: Vec<u32>,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl<'a> Builder<'a> {
+    fn new(pool: &'a Pool) -> Self {
+        Self { pool, last: vec![NONE; pool.positions.len()] }
+    }
+
+    fn build(&mut self, faces: &[[Corner; 3]], stop: &Stop) -> Result<Mesh, Stopped> {
+        let all = |has: fn(&Corner) -> bool| faces.iter().flatten().all(has);
+        let (textured, lit) = (all(|c| c.1.is_some()), all(|c| c.2.is_some()));
+        let mut corners: Vec<Corner> = Vec::new();
+        // Vertices of the same position are chained: there are few of each.
+        let mut before: Vec<u32> = Vec::new();
+        let mut triangles = Vec::with_capacity(faces.len());
+        for (i, face) in faces.iter().enumerate() {
+            if i % 4096 == 0 {
+                stop.check()?;
+            }
+            triangles.push(face.map(|(v, uv, n)| {
+                let corner = (v, uv.filter(|_| textured), n.filter(|_| lit));
+                let last = &mut self.last[v as usize];
+                let mut at = *last;
+                while at != NONE && corners[at as usize] != corner {
+                    at = before[at as usize];
+                }
+                if at == NONE {
+                    at = corners.len() as u32;
+                    before.push(std::mem::replace(last, at));
+                    corners.push(corner);
+                }
+                at
+            }));
+        }
+        corners.iter().for_each(|c| self.last[c.0 as usize] = NONE);
+        let pool = self.pool;
+        Ok(Mesh {
+            positions: corners.iter().map(|c| pool.positions[c.0 as usize]).collect(),
+            normals: corners.iter().filter_map(|c| Some(pool.normals[c.2? as usize])).collect(),
+            uv: [corners.iter().filter_map(|c| Some(pool.uv[c.1? as usize])).collect(), Default::default()],
+            colors: match pool.colors.is_empty() {
+                true => Default::default(),
+                false => corners.iter().map(|c| pool.colors[c.0 as usize]).collect(),
+            },
+            triangles: triangles.into(),
+            ..Mesh::default()
         })
-    });
-    let triangles = triangles.collect();
-    Mesh {
-        positions: corners.iter().map(|c| pool.positions[c.0 as usize]).collect(),
-        normals: corners.iter().filter_map(|c| Some(pool.normals[c.2? as usize])).collect(),
-        uv: [corners.iter().filter_map(|c| Some(pool.uv[c.1? as usize])).collect(), Default::default()],
-        colors: match pool.colors.is_empty() {
-            true => Default::default(),
-            false => corners.iter().map(|c| pool.colors[c.0 as usize]).collect(),
-        },
-        triangles,
-        ..Mesh::default()
     }
 }

@@ -66,7 +66,7 @@ impl Look {
 fn house(height: f32, hatch: f32) -> Shape {
     let mut s = Shape::default();
     let h = PLOT * 0.5;
-    s.block(Vec3::new(-h, -0.9, -h), Vec3::new(h, height, h), 7);
+    s.block(Vec3::new(-h, -0.9, -h), Vec3::new(h, height, h), 5);
     let stone = |s: &mut Shape, x: f32, z: f32, along_x: bool| {
         let (hx, hz) = if along_x { (0.5, 0.2) } else { (0.2, 0.5) };
         s.block(Vec3::new(x - hx, height, z - hz), Vec3::new(x + hx, height + 0.35, z + hz), 1);
@@ -76,9 +76,9 @@ fn house(height: f32, hatch: f32) -> Shape {
         stone(&mut s, side(i, 4), h - 0.2, true);
         stone(&mut s, side(i, 4), 0.2 - h, true);
     }
-    for i in 1..4 {
-        stone(&mut s, h - 0.2, side(i, 5), false);
-        stone(&mut s, 0.2 - h, side(i, 5), false);
+    for i in 1..3 {
+        stone(&mut s, h - 0.2, side(i, 4), false);
+        stone(&mut s, 0.2 - h, side(i, 4), false);
     }
     s.block(Vec3::new(0.2 * h, height, -0.5 * h), Vec3::new(0.6 * h, height + hatch, -0.1 * h), 2);
     s
@@ -146,7 +146,7 @@ pub fn city(seed: u64) -> Scene {
     let still = Mat4::IDENTITY;
 
     // The lake bed and shore: one plate of water, in which the terraces stand.
-    let lake = slab(Vec3::new(-HALF, 0.0, -HALF), Vec3::new(HALF, 0.4, HALF), 16).mesh(24.0);
+    let lake = slab(Vec3::new(-HALF, 0.0, -HALF), Vec3::new(HALF, 0.4, HALF), 8).mesh(24.0);
     objects.push(object("lake", still, &lake, &look.water));
 
     houses(&mut objects, &mut random, &look);
@@ -182,7 +182,7 @@ fn houses(objects: &mut Vec<Object>, random: &mut Random, look: &Look) {
             }
             let y = ground(cx, cz);
             let h = BLOCK * 0.5;
-            let plate = slab(Vec3::new(cx - h, 0.0, cz - h), Vec3::new(cx + h, y, cz + h), 8).mesh(10.0);
+            let plate = slab(Vec3::new(cx - h, 0.0, cz - h), Vec3::new(cx + h, y, cz + h), 7).mesh(10.0);
             objects.push(object(format!("block {bx}.{bz}/ground"), Mat4::IDENTITY, &plate, &look.earth));
             let garden = random.below(4);
             for slot in 0..9 {
