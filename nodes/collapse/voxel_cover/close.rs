@@ -82,6 +82,7 @@ impl Surface {
         }
         debug_assert!(slots.iter().all(|s| self.topology.opposite[3 * *s as usize] == NONE));
         self.topology.fill(&slots, &faces);
+        ring.iter().for_each(|v| self.note(*v));
         true
     }
 }

@@ -10,12 +10,16 @@ use crate::voxel::touch::{Point, normal};
 pub struct Surface {
     pub topology: Topology,
     pub cover: Cover,
-    /// Vertices, quarter units; they never move.
+    /// Vertices, quarter units.
     pub points: Vec<Point>,
     /// Vertices on seams stay.
     pub locked: Vec<bool>,
-    /// The mesh's vertex that each is, or is a copy of.
-    pub origin: Vec<u32>,
+    /// Box that vertices stay in: that of the mesh.
+    pub bounds: [Point; 2],
+    /// When a face around each vertex last changed.
+    pub changed: Vec<u32>,
+    /// Counts what was done.
+    pub clock: u32,
     pub scratch: Scratch,
 }
 
@@ -43,6 +47,23 @@ impl Surface {
         self.topology.corner[vertex as usize] != super::topology::NONE
     }
 
+    /// Notes that faces around `v` changed: with it, all its neighbours are worth another try.
+    pub fn note(&mut self, v: u32) {
+        self.clock += 1;
+        self.changed[v as usize] = self.clock;
+        let topology = &self.topology;
+        let first = topology.corner[v as usize];
+        let mut c = first;
+        while c != super::topology::NONE {
+            self.changed[topology.at(next(c)) as usize] = self.clock;
+            self.changed[topology.at(prev(c)) as usize] = self.clock;
+            c = topology.turn(c);
+            if c == first {
+                break;
+            }
+        }
+    }
+
     /// Squared length of the edge a–b; an integer.
     pub fn squared(&self, a: u32, b: u32) -> u64 {
         let (a, b) = (self.points[a as usize], self.points[b as usize]);
@@ -65,10 +86,13 @@ impl Surface {
                     if copy.is_some() {
                         self.points.push(self.points[original as usize]);
                         self.locked.push(self.locked[original as usize]);
-                        self.origin.push(self.origin[original as usize]);
+                        self.changed.push(0);
                     }
                 }
+                copies.into_iter().flatten().for_each(|copy| self.note(copy));
+                self.note(x);
             }
+            self.note(b);
         }
         self.scratch = s;
         done
@@ -88,6 +112,10 @@ impl Surface {
             (true, n, p) if p == b => Some(n),
             _ => return false,
         };
+        // On a seam no edge appears that the other frustum does not have.
+        if other_end.is_some_and(|end| self.locked[end as usize] && self.locked[b as usize]) {
+            return false;
+        }
         if vanish != if boundary { 1 } else { 2 } || s.star.len() - vanish > MOST_FACES {
             return false;
         }
@@ -129,7 +157,7 @@ impl Surface {
     /// Plainly it can where the ends of the edge share no neighbours but those in the faces that vanish (the link condition).
     /// With one more shared neighbour x the contraction closes a triangular hole or pinches a handle: [`Topology::mend`]
     /// resolves both, provided that every fan that closes keeps three faces.
-    fn links(&self, a: u32, b: u32, vanish: usize, s: &mut Scratch) -> Link {
+    pub fn links(&self, a: u32, b: u32, vanish: usize, s: &mut Scratch) -> Link {
         let topology = &self.topology;
         topology.star(b, &mut s.other);
         if s.star.len() == 1 && s.other.len() == 1 {
@@ -190,7 +218,7 @@ impl Surface {
 
 /// What a contraction does to the manifold.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
-enum Link {
+pub enum Link {
     #[default]
     Forbidden,
     Plain,

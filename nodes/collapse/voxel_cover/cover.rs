@@ -152,13 +152,16 @@ impl Cover {
         self.touchers.clear();
         self.touchers.extend(new.iter().map(|t| Toucher::new(*t, self.half)));
         self.masks.clear();
-        for v in &self.voxels {
-            let c = &self.centres[*v as usize];
+        for i in 0..self.voxels.len() {
+            let v = self.voxels[i];
+            let c = &self.centres[v as usize];
             let mut mask = 0u64;
             for (i, t) in self.touchers.iter().enumerate() {
                 mask |= u64::from(t.touches(c)) << i;
             }
-            if mask == 0 && self.count[*v as usize] == self.within[*v as usize] {
+            if mask == 0 && self.count[v as usize] == self.within[v as usize] {
+                // The next attempt with the same voxels will likely fail here too.
+                self.voxels.swap(0, i);
                 return false;
             }
             self.masks.push(mask);

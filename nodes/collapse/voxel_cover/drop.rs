@@ -38,6 +38,11 @@ impl Surface {
         let mut dropped = 0;
         for part in order {
             stop.check()?;
+            // What lies on a seam is the neighbour's edge too.
+            let on_seam = |f: &u32| self.topology.corners(*f).iter().any(|v| self.locked[*v as usize]);
+            if faces_of[part].iter().any(on_seam) {
+                continue;
+            }
             let mut own: Vec<u32> = faces_of[part].iter().flat_map(|f| self.cover.list(*f).iter().copied()).collect();
             own.sort_unstable();
             own.dedup();

@@ -67,6 +67,10 @@ impl Surface {
         }
         self.cover.collect(star.iter().map(|c| c / 3));
         let points: Vec<Point> = ring.iter().map(|v| self.points[*v as usize]).collect();
+        let on_seam = |v: u32| self.locked[v as usize];
+        if boundary && on_seam(ring[0]) && on_seam(ring[n - 1]) {
+            return false;
+        }
         // The side that closes the hole of a boundary vertex is a new boundary edge.
         if boundary && (self.are_neighbours(ring[n - 1], ring[0]) || !self.cover.holds_edge(points[n - 1], points[0])) {
             return false;
@@ -114,6 +118,7 @@ impl Surface {
         let slots: Vec<u32> = star.iter().map(|c| c / 3).take(faces.len()).collect();
         self.cover.replace(star.iter().map(|c| c / 3), &slots);
         self.topology.refill(&star, &faces);
+        ring.iter().for_each(|v| self.note(*v));
         true
     }
 
