@@ -12,9 +12,6 @@ mod select_objects;
 mod split_objects;
 pub mod values;
 pub mod view_cell;
-mod split_objects;
-pub mod values;
-pub mod view_cell;
 pub mod voxel_mesh;
 mod write_glb;
 
