@@ -5,13 +5,13 @@ mod field_scene;
 mod load_scene;
 mod make_scene;
 mod pack_atlas;
+mod render_slices;
 mod resample;
 mod select_objects;
 pub mod values;
+mod view_cell;
 pub mod voxel_mesh;
 mod write_glb;
-mod render_slices;
-mod view_cell;
 
 use crate::engine::node::Registry;
 

@@ -6,17 +6,17 @@
 mod assemble;
 pub mod cover_mesh;
 pub mod field_scene;
+pub mod frusta;
 pub mod lattice;
 pub mod layers;
+pub mod near;
+pub mod overlap;
 pub mod reproject;
 pub mod resample;
+pub mod slicing;
 #[cfg(test)]
 pub mod testing;
 pub mod touch;
-pub mod frusta;
-pub mod near;
-pub mod overlap;
-pub mod slicing;
 pub mod valid;
 mod voxel_mesh;
 
