@@ -146,3 +146,68 @@ impl Files for ThroughDoor<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Stop;
+    use std::sync::Mutex;
+
+    const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+    /// A world with one file that remembers what it was asked for.
+    struct World(&'static str, Mutex<Vec<PathBuf>>);
+
+    impl Door for World {
+        fn read(&self, path: &Path) -> Result<Option<Bytes>, NodeError> {
+            self.1.lock().unwrap().push(path.to_owned());
+            match path.to_str() {
+                Some("/w/a.obj") => Ok(Some(Arc::new(self.0.as_bytes().to_vec()))),
+                Some("/w/locked.glb") => Err(NodeError::Failed("/w/locked.glb: permission denied".into())),
+                _ => Ok(None),
+            }
+        }
+    }
+
+    fn run(path: &str, text: &'static str) -> (Result<Arc<Scene>, String>, Vec<PathBuf>, Vec<String>) {
+        let world = World(text, Mutex::default());
+        let warnings = Mutex::new(Vec::new());
+        let stop = Stop::default();
+        let warn = |w| warnings.lock().unwrap().push(w);
+        let ctx = Ctx { stop: &stop, door: &world, element: None, warn: &warn };
+        let params = Params { path: SourcePath(path.into()), ..Params::default() };
+        let out = LoadScene::run(&params, In {}, &ctx).map(|o| o.scene).map_err(|e| e.to_string());
+        let warnings = std::mem::take(&mut *warnings.lock().unwrap());
+        (out, world.1.into_inner().unwrap(), warnings)
+    }
+
+    #[test]
+    fn everything_passes_the_door() {
+        let (scene, read, _) = run("/w/a.obj", TRIANGLE);
+        assert_eq!(scene.unwrap().triangle_count(), 1);
+        assert_eq!(read, [PathBuf::from("/w/a.obj")]);
+        // A file that is looked for and is not there passes it too: its appearance must be noticed.
+        let (scene, read, warnings) = run("/w/a.obj", "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+        assert!(scene.is_ok());
+        assert_eq!(read[1], PathBuf::from("/w/m.mtl"));
+        assert_eq!(warnings, ["/w/a.obj: the material library `m.mtl` does not exist"]);
+    }
+
+    #[test]
+    fn built_in_scenes_need_no_file() {
+        let (scene, read, _) = run("builtin:solids", TRIANGLE);
+        assert!(scene.unwrap().triangle_count() > 100);
+        assert!(read.is_empty());
+        let bad = Params { path: SourcePath("builtin:town".into()), ..Params::default() };
+        let (param, text) = LoadScene::check(&bad).unwrap_err();
+        assert_eq!((param, text.as_str()), ("path", "there is no built-in scene `town`; there are car, city, solids"));
+        assert_eq!(LoadScene::check(&Params::default()).unwrap_err().0, "path");
+    }
+
+    #[test]
+    fn what_gives_no_scene_is_an_error() {
+        assert_eq!(run("/w/no.glb", "").0.unwrap_err(), "/w/no.glb: no such file");
+        assert_eq!(run("/w/locked.glb", "").0.unwrap_err(), "/w/locked.glb: permission denied");
+        assert_eq!(run("/w/a.obj", "v 0 0 0\n").0.unwrap_err(), "/w/a.obj: the scene has no triangles");
+    }
+}

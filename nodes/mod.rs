@@ -1,6 +1,7 @@
 //! The node kinds: thin adapters between the engine and the algorithms, one file or folder each.
 
 pub mod collapse;
+mod evaluate;
 mod field_scene;
 mod load_scene;
 mod make_scene;
@@ -10,6 +11,12 @@ mod resample;
 mod select_objects;
 pub mod values;
 mod view_cell;
+pub mod render_slices;
+mod resample;
+mod select_objects;
+pub mod values;
+pub mod view_cell;
+mod split_objects;
 pub mod voxel_mesh;
 mod write_glb;
 
@@ -21,6 +28,7 @@ pub fn registry() -> Registry {
     r.add::<load_scene::LoadScene>();
     r.add::<make_scene::MakeScene>();
     r.add::<select_objects::SelectObjects>();
+    r.add::<split_objects::SplitObjects>();
     r.add::<write_glb::WriteGlb>();
     r.add::<collapse::Collapse>();
     r.add::<voxel_mesh::VoxelMeshNode>();
@@ -29,5 +37,6 @@ pub fn registry() -> Registry {
     r.add::<resample::Resample>();
     r.add::<view_cell::ViewCell>();
     r.add::<render_slices::RenderSlices>();
+    r.add::<evaluate::Evaluate>();
     r
 }

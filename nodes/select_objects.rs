@@ -1,13 +1,14 @@
 //! `select-objects`: part of a scene.
 
 use crate::{
-    engine::node::{Ctx, List, Node, NodeError},
+    engine::node::{Ctx, Node, NodeError},
     math::Aabb,
     ports,
     scene::{
         Scene,
         select::{Selection, select},
     },
+    voxel::Cell,
 };
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -25,11 +26,15 @@ pub struct Params {
     pub exclude: Vec<String>,
     /// Two corners, metres: `[[x, y, z], [x, y, z]]`. Objects whose bounds do not touch this box are left out.
     pub region: Option<[[f64; 3]; 2]>,
+    /// Objects whose bounds are nearer to the cell than this are left out, metres. Needs `cell`.
+    pub min_distance: Option<f64>,
+    /// Objects whose bounds are as far from the cell as this or farther are left out, metres. Needs `cell`.
+    pub max_distance: Option<f64>,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { include: vec!["*".into()], exclude: Vec::new(), region: None }
+        Self { include: vec!["*".into()], exclude: Vec::new(), region: None, min_distance: None, max_distance: None }
     }
 }
 
@@ -37,15 +42,15 @@ ports! {
     pub struct In {
         /// The whole scene.
         scene: Arc<Scene>,
+        /// From where distances are measured.
+        cell: Option<Arc<Cell>>,
     }
 }
 
 ports! {
     pub struct Out {
-        /// The selected objects as one scene.
+        /// The selected objects.
         scene: Arc<Scene>,
-        /// The selected objects one by one, under their names.
-        objects: List<Scene>,
     }
 }
 
@@ -72,6 +77,16 @@ impl Node for SelectObjects {
         {
             return Err(("region", "its corners must be finite".into()));
         }
+        for (name, value) in [("min_distance", params.min_distance), ("max_distance", params.max_distance)] {
+            if value.is_some_and(|v| !(v.is_finite() && v >= 0.0)) {
+                return Err((name, "a distance in metres, 0 or more".into()));
+            }
+        }
+        if let (Some(min), Some(max)) = (params.min_distance, params.max_distance)
+            && min >= max
+        {
+            return Err(("max_distance", format!("{max} m is not beyond min_distance, {min} m")));
+        }
         Ok(())
     }
 
@@ -81,10 +96,17 @@ impl Node for SelectObjects {
             Aabb { min: a.min(b), max: a.max(b) }
         });
         let (include, exclude) = (params.include.clone(), params.exclude.clone());
-        let selection = Selection { include, exclude, region, distance: None };
+        let ranged = params.min_distance.is_some() || params.max_distance.is_some();
+        let distance = match (&inputs.cell, ranged) {
+            (_, false) => None,
+            (None, true) => return Err(NodeError::Failed("min_distance and max_distance need the port `cell`".into())),
+            (Some(cell), true) => {
+                let bounds = Aabb { min: cell.centre - cell.half, max: cell.centre + cell.half };
+                Some((bounds, params.min_distance.unwrap_or(0.0), params.max_distance.unwrap_or(f64::INFINITY)))
+            }
+        };
+        let selection = Selection { include, exclude, region, distance };
         let scene = select(&inputs.scene, &selection).map_err(|e| NodeError::from_error(&e))?;
-        let one = |o: &crate::scene::Object| (o.name.clone(), Arc::new(Scene { objects: vec![o.clone()] }));
-        let objects = List(scene.objects.iter().map(one).collect());
-        Ok(Out { scene: Arc::new(scene), objects })
+        Ok(Out { scene: Arc::new(scene) })
     }
 }

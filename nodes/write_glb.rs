@@ -74,3 +74,51 @@ impl Node for WriteGlb {
         Ok(Out { glb: Arc::new(File { media_type: "model/gltf-binary".into(), bytes }) })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        array::Bytes,
+        engine::node::Door,
+        formats::{Limits, from_glb},
+        math::Stop,
+        scene::builtin,
+    };
+    use std::path::Path;
+
+    struct Closed;
+
+    impl Door for Closed {
+        fn read(&self, _: &Path) -> Result<Option<Bytes>, NodeError> {
+            panic!("writing reads nothing")
+        }
+    }
+
+    fn write(scene: Scene, near: Option<Scene>) -> Result<Arc<File>, String> {
+        let stop = Stop::default();
+        let ctx = Ctx { stop: &stop, door: &Closed, element: None, warn: &|_| {} };
+        let inputs = In { scene: Arc::new(scene), near: near.map(Arc::new) };
+        WriteGlb::run(&Params::default(), inputs, &ctx).map(|o| o.glb).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn near_geometry_stands_beside_the_scene_under_its_own_names() {
+        let scene = builtin::make("solids", 1).unwrap();
+        let [first, rest @ ..] = &scene.objects[..] else { panic!() };
+        let near = Scene { objects: vec![first.clone()] };
+        let far = Scene { objects: rest.to_vec() };
+        let file = write(far, Some(near)).unwrap();
+        assert_eq!(file.media_type, "model/gltf-binary");
+        let back = from_glb(Path::new("x.glb"), Arc::new(file.bytes.clone()), &Limits::default()).unwrap();
+        let names = |s: &Scene| s.objects.iter().map(|o| o.name.clone()).collect::<Vec<_>>();
+        assert_eq!(names(&back), names(&scene));
+        assert_eq!(back.triangle_count(), scene.triangle_count());
+        assert!(back.objects.iter().all(|o| o.parts.iter().all(|p| p.material.unlit)));
+    }
+
+    #[test]
+    fn nothing_to_write_is_an_error() {
+        assert_eq!(write(Scene::default(), None).unwrap_err(), "there is no triangle to write");
+    }
+}

@@ -203,3 +203,79 @@ fn meshes(data: &Decoder) -> Result<Vec<Arc<Mesh>>, DecodeError> {
     })?;
     Ok(meshes)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::artifact::{from_bytes, to_bytes};
+    use crate::scene::{Material, Texture, Wrap};
+
+    fn scene(separate: bool) -> Scene {
+        let mesh = || {
+            Arc::new(Mesh {
+                positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].into(),
+                uv: [vec![[0.5, 0.25]; 3].into(), Default::default()],
+                triangles: vec![[0, 1, 2]].into(),
+                ..Mesh::default()
+            })
+        };
+        let material = || {
+            let texels = vec![[1, 2, 3, 4]; 6].into();
+            let image = Arc::new(Image { name: "i".into(), width: 3, height: 2, texels });
+            let (offset, scale, wrap) = ([0.0; 2], [1.0; 2], [Wrap::Clamp; 2]);
+            let texture = Texture { image, uv_set: 0, offset, rotation: 0.1, scale, wrap, smooth: true };
+            Arc::new(Material { base_color_texture: Some(texture), ..Material::default() })
+        };
+        let (shared_mesh, shared_material) = (mesh(), material());
+        let part = || match separate {
+            true => Part { mesh: mesh(), material: material() },
+            false => Part { mesh: shared_mesh.clone(), material: shared_material.clone() },
+        };
+        let object = |name: &str| Object { name: name.into(), transform: Mat4::IDENTITY, parts: vec![part(), part()] };
+        Scene { objects: vec![object("a"), object("b")] }
+    }
+
+    #[test]
+    fn equal_scenes_have_equal_bytes_and_share_when_decoded() {
+        let bytes = to_bytes(&scene(false));
+        assert_eq!(bytes, to_bytes(&scene(true)));
+        let back: Scene = from_bytes(Arc::new(bytes.clone())).unwrap();
+        assert_eq!(back, scene(false));
+        assert!(Arc::ptr_eq(&back.objects[0].parts[0].mesh, &back.objects[1].parts[1].mesh));
+        assert!(Arc::ptr_eq(&back.objects[0].parts[0].material, &back.objects[1].parts[1].material));
+        assert_eq!(to_bytes(&back), bytes);
+    }
+
+    #[test]
+    fn the_empty_scene() {
+        assert_eq!(from_bytes::<Scene>(Arc::new(to_bytes(&Scene::default()))).unwrap(), Scene::default());
+    }
+
+    #[test]
+    fn broken_promises_are_found() {
+        let broken = |change: fn(&mut Scene)| {
+            let mut s = scene(false);
+            change(&mut s);
+            from_bytes::<Scene>(Arc::new(to_bytes(&s))).unwrap_err().to_string()
+        };
+        fn mesh(s: &mut Scene) -> &mut Mesh {
+            Arc::make_mut(&mut s.objects[0].parts[0].mesh)
+        }
+        let found = broken(|s| mesh(s).triangles = vec![[0, 1, 3]].into());
+        assert_eq!(found, "section `triangles`: mesh 0: an index beyond its 3 vertices");
+        let found = broken(|s| mesh(s).positions = vec![[f32::INFINITY; 3]; 3].into());
+        assert_eq!(found, "section `positions`: mesh 0: a number that is not finite");
+        let found = broken(|s| mesh(s).uv[1] = vec![[0.0; 2]; 2].into());
+        assert_eq!(found, "section `mesh_sizes`: mesh 0: attributes of unequal length");
+        let found = broken(|s| s.objects[1].name = "a".into());
+        assert_eq!(found, "section `names`: not sorted or not unique");
+        let found = broken(|s| s.objects[1].transform.x_axis.x = f32::NAN);
+        assert_eq!(found, "section `transforms`: b: not finite");
+        let found = broken(|s| {
+            let material = Arc::make_mut(&mut s.objects[1].parts[0].material);
+            let texture = material.base_color_texture.as_mut().unwrap();
+            Arc::make_mut(&mut texture.image).width = 4;
+        });
+        assert_eq!(found, "section `texels`: shorter than its items");
+    }
+}

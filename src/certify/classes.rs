@@ -65,6 +65,13 @@ pub struct Counts {
     pub max_deviation: f64,
 }
 
+impl Counts {
+    /// The stand-in is nowhere where the original is, nor anywhere else.
+    pub fn missing_everywhere(&self) -> bool {
+        self.outside.missing + self.inside.missing == self.covered && self.outside.extra + self.inside.extra == 0
+    }
+}
+
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ClassCounts {
     pub missing: u64,

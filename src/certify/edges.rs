@@ -38,6 +38,12 @@ pub fn discontinuities(
 ) -> Vec<u8> {
     let mut edges = vec![0_u8; s.depth.len()];
     for i in 0..s.depth.len() {
+        // Most of a picture often shows nothing.
+        let below = s.depth.get(i + s.width);
+        let alone = s.depth.get(i + 1).is_none_or(|d| *d == f32::INFINITY) && below.is_none_or(|d| *d == f32::INFINITY);
+        if alone && !s.covered(i) {
+            continue;
+        }
         if (i + 1) % s.width != 0 && parted(s, parallax, pixel, plane, i, i + 1) {
             edges[i] |= RIGHT;
         }
@@ -99,11 +105,12 @@ pub fn edge_pixels(edges: &[u8], width: usize) -> Vec<bool> {
 }
 
 /// The pixels whose centre lies at most `radius` pixels (Euclidean) from that of a pixel in `mask`.
+/// Radii beyond 60,000 count as 60,000.
 pub fn dilate_round(mask: &[bool], width: usize, radius: u32) -> Vec<bool> {
-    let reach = radius as usize;
+    let reach = radius.min(60_000) as usize;
     let height = mask.len() / width;
     // Distance along the row to the nearest set pixel, `reach + 1` where it is farther.
-    let far = reach + 1;
+    let far = (reach + 1) as u16;
     let mut along = vec![far; mask.len()];
     for (row, out) in mask.chunks(width).zip(along.chunks_mut(width)) {
         let mut d = far;
@@ -121,10 +128,11 @@ pub fn dilate_round(mask: &[bool], width: usize, radius: u32) -> Vec<bool> {
     for y in 0..height {
         for other in y.saturating_sub(reach)..=(y + reach).min(height - 1) {
             let dy = other.abs_diff(y);
-            let room = reach * reach - dy * dy;
+            // The widest distance along this row that is near enough.
+            let room = (0..=reach).rev().find(|d| d * d + dy * dy <= reach * reach).unwrap_or(0) as u16;
             let (out, along) = (&mut out[y * width..][..width], &along[other * width..][..width]);
             for (o, d) in out.iter_mut().zip(along) {
-                *o |= d * d <= room;
+                *o |= *d <= room;
             }
         }
     }

@@ -4,6 +4,7 @@
 mod bake;
 mod cache;
 mod check;
+mod compare;
 mod events;
 mod folders;
 mod graph;
@@ -39,6 +40,7 @@ struct Cli {
 enum Command {
     Bake(bake::Args),
     Check(check::Args),
+    Compare(compare::Args),
     Graph(graph::Args),
     Nodes(nodes::Args),
     Why(why::Args),
@@ -84,6 +86,7 @@ pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Bake(args) => bake::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Graph(args) => graph::run(&args),
         Command::Nodes(args) => nodes::run(&args),
         Command::Why(args) => why::run(&args),

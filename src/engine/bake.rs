@@ -1,8 +1,17 @@
 //! Baking a plan: what to bake with, what came of it.
 
-use super::{error::EngineError, events::Events, plan::Plan};
+use super::{
+    attempt::Attempt,
+    cache,
+    error::EngineError,
+    events::{Event, Events},
+    plan::Plan,
+    profile::Profile,
+    publish::names,
+    schedule::Trust,
+};
 use crate::math::Stop;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// How to bake. None of these may change the bytes that come out.
 #[derive(Clone, Debug)]
@@ -146,6 +155,142 @@ impl Report {
 
 /// Bakes `plan`. Failures of nodes stand in the report; an error means that the engine itself could not go on.
 pub fn bake(plan: &Plan, options: &Options, stop: &Stop, events: &dyn Events) -> Result<Report, EngineError> {
-    let _ = (plan, options, stop, events);
-    Err(EngineError::Again("not built yet".into()))
+    let wanted = select(plan, &options.only)?;
+    let forced = named(plan, &options.force)?.into_iter().collect();
+    check_files(plan, &options.out)?;
+    let threads = match options.jobs {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        n => n,
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|e| EngineError::cache(&options.cache, format!("no threads: {e}")))?;
+    let mut attempt = Attempt {
+        plan,
+        options,
+        stop,
+        events,
+        wanted,
+        forced,
+        pool,
+        jobs: threads,
+        memory: if options.memory == 0 { machine_memory() / 4 * 3 } else { options.memory },
+        trust: Trust::Nodes,
+        profile: Profile::new(options.profile.is_some()),
+        warnings: 0,
+    };
+    events.event(&Event::Started { nodes: attempt.wanted.iter().filter(|w| **w).count() });
+    let mut left = ATTEMPTS;
+    let report = loop {
+        left -= 1;
+        match attempt.run() {
+            Err(EngineError::Damaged { what, .. }) if left > 0 && !options.dry_run => {
+                cache::set_index_aside(&options.cache)?;
+                let text = format!("the cache's index is damaged ({what}); it is set aside and the bake begins again");
+                attempt.warn(&text);
+            }
+            Err(EngineError::Again(what)) if left > 0 => {
+                attempt.warn(&format!("{what}; the bake begins again, with what is finished"));
+                attempt.trust = Trust::Runs;
+            }
+            other => break other?,
+        }
+    };
+    if let Some(path) = &options.profile {
+        let fail = |e| EngineError::File { path: path.clone(), what: format!("the profile cannot be written: {e}") };
+        attempt.profile.write(path).map_err(fail)?;
+    }
+    let (hits, runs) = (report.hits(), report.runs());
+    events.event(&Event::Finished { outcome: report.outcome, hits, runs, seconds: report.seconds });
+    Ok(report)
+}
+
+/// How often a bake begins anew before it gives up.
+const ATTEMPTS: u32 = 4;
+
+/// The nodes that `names` name: each a node, or a part whose nodes are `name/…`.
+fn named(plan: &Plan, names: &[String]) -> Result<Vec<usize>, EngineError> {
+    let mut out = Vec::new();
+    for name in names {
+        let inside =
+            |node: &str| node.strip_prefix(name.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+        let found = (0..plan.nodes.len()).filter(|i| inside(&plan.nodes[*i].name));
+        let before = out.len();
+        out.extend(found);
+        if out.len() == before {
+            return Err(unknown(plan, name));
+        }
+    }
+    Ok(out)
+}
+
+/// The error for a node that is not there, with the nearest name that is.
+pub(super) fn unknown(plan: &Plan, name: &str) -> EngineError {
+    let near = plan.nodes.iter().map(|n| (distance(&n.name, name), &n.name)).min();
+    let near = near.filter(|(d, _)| *d <= 1 + name.len() / 3).map(|(_, n)| n.clone());
+    EngineError::UnknownNode { name: name.to_owned(), near }
+}
+
+/// Levenshtein's distance in bytes.
+fn distance(a: &str, b: &str) -> usize {
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.bytes().enumerate() {
+        let mut corner = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.bytes().enumerate() {
+            let cost = (corner + usize::from(x != y)).min(row[j] + 1).min(row[j + 1] + 1);
+            corner = std::mem::replace(&mut row[j + 1], cost);
+        }
+    }
+    row[b.len()]
+}
+
+/// Which nodes `only` asks for: those named and what they need.
+fn select(plan: &Plan, only: &[String]) -> Result<Vec<bool>, EngineError> {
+    let mut wanted = vec![only.is_empty(); plan.nodes.len()];
+    for n in named(plan, only)? {
+        wanted[n] = true;
+    }
+    // Every node follows what it reads.
+    for n in (0..plan.nodes.len()).rev().filter(|_| !only.is_empty()) {
+        if wanted[n] {
+            for from in plan.nodes[n].inputs.iter().flat_map(|i| [i.from, i.via]).flatten() {
+                wanted[from.node.0 as usize] = true;
+            }
+        }
+    }
+    Ok(wanted)
+}
+
+/// Names that can be refused before anything runs.
+fn check_files(plan: &Plan, out: &Path) -> Result<(), EngineError> {
+    if let Some(what) = names::bad_component(&plan.name) {
+        return Err(EngineError::publish(&out.join(&plan.name), format!("the pipeline's name {what}")));
+    }
+    for file in &plan.files {
+        if let Some(what) = names::bad_path(&file.path.replace("{name}", "name")) {
+            return Err(EngineError::publish(Path::new(&file.path), what));
+        }
+    }
+    let paths = plan.files.iter().map(|f| f.path.as_str());
+    match names::collision(paths) {
+        Some((a, b)) => Err(EngineError::publish(Path::new(b), format!("it collides with `{a}`"))),
+        None => Ok(()),
+    }
+}
+
+/// Bytes of memory that the machine has; 4 GiB where the system does not tell.
+fn machine_memory() -> u64 {
+    proc_kib("/proc/meminfo", "MemTotal:").unwrap_or(4 << 30)
+}
+
+/// A line `NAME 123 kB` of a file below /proc, in bytes.
+fn proc_kib(file: &str, name: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|l| l.strip_prefix(name))?;
+    Some(line.split_whitespace().next()?.parse::<u64>().ok()? << 10)
+}
+
+/// Highest resident memory of this process so far, in bytes.
+pub fn peak_memory() -> Option<u64> {
+    proc_kib("/proc/self/status", "VmHWM:")
 }

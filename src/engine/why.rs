@@ -1,9 +1,299 @@
-//! Why a node ran.
+//! Why a node ran: the last bake in which it did is compared with the one before, field by field of the key, and up
+//! the graph to where the change began.
 
-use super::{bake::Options, error::EngineError, plan::Plan};
+use super::{
+    attempt::folder_key,
+    bake::{Options, unknown},
+    cache::{Cache, Fields},
+    error::EngineError,
+    hash::Digest,
+    key::source_params,
+    node::Arity,
+    plan::{OutputRef, Plan},
+    record::{BakeRecord, MapRecord, NodeTrace, RunRecord},
+    value::{JOIN, PortOut, shown},
+};
+use std::{collections::BTreeMap, sync::Arc};
+
+/// Changed elements that are named before the rest is counted.
+const NAMED: usize = 5;
 
 /// Why `what` (`NODE` or `NODE/ELEMENT`) ran when it last did, as a chain up to the cause.
 pub fn why(plan: &Plan, options: &Options, what: &str) -> Result<String, EngineError> {
-    let _ = (plan, options, what);
-    Err(EngineError::Again("not built yet".into()))
+    let exact = plan.nodes.iter().position(|n| n.name == what);
+    // The longest node name wins: parts and elements both stand behind a stroke.
+    let inside = |n: &&usize| what.strip_prefix(&plan.nodes[**n].name).is_some_and(|rest| rest.starts_with('/'));
+    let all: Vec<usize> = (0..plan.nodes.len()).collect();
+    let found = exact.or_else(|| all.iter().filter(inside).max_by_key(|n| plan.nodes[**n].name.len()).copied());
+    let n = found.ok_or_else(|| unknown(plan, what))?;
+    let element = (exact.is_none()).then(|| &what[plan.nodes[n].name.len() + 1..]);
+    let cache = Cache::open(&options.cache, false)?;
+    let folder = folder_key(&options.out.join(&plan.name));
+    let bakes = cache.bakes(&plan.name, &folder, i64::MAX)?;
+    Teller { plan, cache, bakes }.tell(n, element)
+}
+
+struct Teller<'a> {
+    plan: &'a Plan,
+    cache: Cache,
+    /// Newest first.
+    bakes: Vec<BakeRecord>,
+}
+
+/// What a run's key was made of.
+struct Made {
+    fixed: Digest,
+    inputs: Vec<Digest>,
+    run: Option<Arc<RunRecord>>,
+}
+
+impl Teller<'_> {
+    fn tell(&mut self, n: usize, element: Option<&str>) -> Result<String, EngineError> {
+        let name = &self.plan.nodes[n].name;
+        let whole = element.map_or_else(|| name.clone(), |e| format!("{name}/{e}"));
+        let Some(last) = self.bakes.first() else {
+            return Ok(format!("{whole}: no bake of this pipeline into this folder is on record"));
+        };
+        if last.node(name).is_none() {
+            return Ok(format!("{whole} has not come to its end in the last bake"));
+        }
+        let at = self.bakes.iter().position(|b| b.node(name).is_some_and(|t| t.ran > 0));
+        let Some(at) = at else {
+            return Ok(format!("{whole} was a hit in every bake on record"));
+        };
+        let mut text = match element {
+            Some(element) => self.chain_of_element(n, element, at)?,
+            None => self.chain(n, at, 0)?,
+        };
+        if at > 0 && element.is_none() {
+            text = format!("{whole} was a hit in the last bake ({at} on record since it ran): {text}");
+        }
+        Ok(text)
+    }
+
+    /// The trace of node `n` in bake `at`, and in the last one before that came to it.
+    fn traces(&self, n: usize, at: usize) -> (Option<NodeTrace>, Option<NodeTrace>) {
+        let name = &self.plan.nodes[n].name;
+        let before = self.bakes.iter().skip(at + 1).find_map(|b| b.node(name));
+        (self.bakes.get(at).and_then(|b| b.node(name)).cloned(), before.cloned())
+    }
+
+    /// `NODE ran: cause`, followed up the graph.
+    fn chain(&mut self, n: usize, at: usize, depth: usize) -> Result<String, EngineError> {
+        let name = self.plan.nodes[n].name.clone();
+        let (Some(now), before) = self.traces(n, at) else { return Ok(format!("{name} is not on record")) };
+        let verb = if now.ran > 0 { "ran" } else { "was a hit with another result" };
+        let count = if now.mapped && now.ran > 0 {
+            format!(" for {} of {} elements", now.ran, now.elements)
+        } else {
+            String::new()
+        };
+        let head = format!("{name} {verb}{count}");
+        if !now.note.is_empty() && now.ran > 0 {
+            return Ok(format!("{head}: {}", now.note));
+        }
+        let Some(before) = before else {
+            return Ok(format!("{head}: no earlier bake of it is on record"));
+        };
+        if now.key == before.key && now.variant == before.variant {
+            return Ok(format!("{head}: its result was no longer in the cache"));
+        }
+        let (made, old) = (self.made(&now)?, self.made(&before)?);
+        let (Some(made), Some(old)) = (made, old) else {
+            return Ok(format!("{head}: its key changed, but the cache no longer holds what it was made of"));
+        };
+        self.compare(n, at, depth, head, &made, &old)
+    }
+
+    fn chain_of_element(&mut self, n: usize, element: &str, at: usize) -> Result<String, EngineError> {
+        let head = format!("{}/{element}", self.plan.nodes[n].name);
+        let (Some(now), before) = self.traces(n, at) else { return Ok(format!("{head} is not on record")) };
+        if !now.mapped {
+            return Ok(format!("{head}: the node has no elements"));
+        }
+        let row = |map: Option<MapRecord>| map.and_then(|m| m.rows.into_iter().find(|r| shown(&r.name) == element));
+        let Some(row_now) = row(self.cache.map(&now.key)?) else {
+            return Ok(format!("{head}: there was no such element in that bake"));
+        };
+        let old = match &before {
+            Some(before) => row(self.cache.map(&before.key)?),
+            None => None,
+        };
+        let Some(old) = old else {
+            return Ok(format!("{head} ran: the element is new, or no earlier bake of it is on record"));
+        };
+        if old.key == row_now.key {
+            return Ok(match now.note.as_str() {
+                "" => format!("{head} was a hit: none of its inputs changed"),
+                note => format!("{head}: {note}"),
+            });
+        }
+        let head = format!("{head} ran");
+        let made = self.cache.runs(&row_now.key)?.pop().map(|(_, r)| of_run(r));
+        let old = self.cache.runs(&old.key)?.pop().map(|(_, r)| of_run(r));
+        let (Some(made), Some(old)) = (made, old) else {
+            return Ok(format!("{head}: its key changed, but the cache no longer holds what it was made of"));
+        };
+        self.compare(n, at, 0, head, &made, &old)
+    }
+
+    /// Which field of the key differs; inputs are followed upwards.
+    fn compare(
+        &mut self,
+        n: usize,
+        at: usize,
+        depth: usize,
+        head: String,
+        made: &Made,
+        old: &Made,
+    ) -> Result<String, EngineError> {
+        let mut causes = Vec::new();
+        if made.fixed != old.fixed {
+            let (a, b) = (self.cache.fixed(&old.fixed)?, self.cache.fixed(&made.fixed)?);
+            causes.extend(self.fields(n, &a.unwrap_or_default(), &b.unwrap_or_default()));
+        }
+        if let (Some(made), Some(old)) = (&made.run, &old.run) {
+            causes.extend(files(old, made));
+        }
+        if !causes.is_empty() {
+            return Ok(format!("{head}: {}", causes.join(", ")));
+        }
+        let inputs = &self.plan.nodes[n].inputs;
+        // A whole map also lists relations and outer lists behind its ports.
+        let mut sources: Vec<(String, OutputRef)> = Vec::new();
+        for (port, input) in self.plan.nodes[n].kind.spec().inputs.iter().zip(inputs) {
+            let i = sources.len();
+            let from = input.from.unwrap_or(OutputRef { node: super::plan::NodeId(n as u32), port: 0 });
+            debug_assert!(i < inputs.len());
+            sources.push((format!("input `{}`", port.name), from));
+        }
+        for (port, input) in self.plan.nodes[n].kind.spec().inputs.iter().zip(inputs) {
+            sources.extend(input.via.map(|via| (format!("the relation of input `{}`", port.name), via)));
+        }
+        for (i, (what, from)) in sources.iter().enumerate() {
+            let differs = made.inputs.get(i) != old.inputs.get(i);
+            let p = from.node.0 as usize;
+            if differs && p != n {
+                let elements = self.elements(*from, at)?;
+                let above = if depth < self.plan.nodes.len() { self.chain(p, at, depth + 1)? } else { String::new() };
+                return Ok(format!("{head}: {what} changed{elements} ← {above}"));
+            }
+        }
+        Ok(format!("{head}: which elements it takes changed"))
+    }
+
+    fn fields(&self, n: usize, old: &Fields, new: &Fields) -> Vec<String> {
+        let (old, new): (BTreeMap<_, _>, BTreeMap<_, _>) =
+            (old.iter().cloned().collect(), new.iter().cloned().collect());
+        let spec = self.plan.nodes[n].kind.spec();
+        let files = source_params(spec);
+        let mut out = Vec::new();
+        for (path, value) in &new {
+            // Lengths are told by the items that came or went.
+            if old.get(path) == Some(value) || value.ends_with(" items") {
+                continue;
+            }
+            let is_file = files.iter().any(|f| *path == format!("parameter {f}"));
+            let brief = |v: &str| if v.len() == 64 { v[..8].to_owned() } else { v.to_owned() };
+            out.push(match old.get(path) {
+                Some(was) if is_file => {
+                    let name = path.trim_start_matches("parameter ");
+                    let file = self.plan.nodes[n].params.get(name).and_then(|v| v.as_str()).unwrap_or(name);
+                    format!("file {file} changed ({} → {})", brief(was), brief(value))
+                }
+                Some(was) => format!("{path} changed from {} to {}", brief(was), brief(value)),
+                None => format!("{path} is new: {}", brief(value)),
+            });
+        }
+        out.extend(old.keys().filter(|path| !new.contains_key(*path)).map(|path| format!("{path} is gone")));
+        if out.is_empty() && old != new {
+            out.push("parameters changed".to_owned());
+        }
+        out
+    }
+
+    /// Which elements of a list differ between bake `at` and the one before.
+    fn elements(&mut self, from: OutputRef, at: usize) -> Result<String, EngineError> {
+        let p = from.node.0 as usize;
+        let many = matches!(self.plan.nodes[p].kind.spec().outputs[from.port as usize].arity, Arity::Many { .. });
+        if !many && self.plan.nodes[p].axes.is_empty() {
+            return Ok(String::new());
+        }
+        let (Some(now), Some(before)) = self.traces(p, at) else { return Ok(String::new()) };
+        let (new, old) = (self.list(&now, from.port as usize)?, self.list(&before, from.port as usize)?);
+        let mut changes = Vec::new();
+        for (name, hash) in &new {
+            match old.get(name) {
+                None => changes.push(format!("`{}` is new", shown(name))),
+                Some(was) if was != hash => changes.push(format!("`{}` changed", shown(name))),
+                Some(_) => {}
+            }
+        }
+        changes.extend(old.keys().filter(|n| !new.contains_key(*n)).map(|n| format!("`{}` is gone", shown(n))));
+        let more = changes.len().saturating_sub(NAMED);
+        changes.truncate(NAMED);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        Ok(if changes.is_empty() { String::new() } else { format!(" (element {}{more})", changes.join(", ")) })
+    }
+
+    fn list(&mut self, trace: &NodeTrace, port: usize) -> Result<BTreeMap<String, Digest>, EngineError> {
+        let mut out = BTreeMap::new();
+        let mut add = |name: &str, outputs: &[PortOut]| match outputs.get(port) {
+            Some(PortOut::One(v)) => {
+                out.insert(name.to_owned(), v.hash);
+            }
+            Some(PortOut::Many(rows)) => {
+                let full = |n: &str| if name.is_empty() { n.to_owned() } else { format!("{name}{JOIN}{n}") };
+                out.extend(rows.iter().map(|(n, v)| (full(n), v.hash)));
+            }
+            None => {}
+        };
+        if trace.mapped {
+            for row in self.cache.map(&trace.key)?.map(|m| m.rows).unwrap_or_default() {
+                add(&row.name, &row.outputs);
+            }
+        } else if let Some(run) = self.run(trace)? {
+            add("", &run.outputs);
+        }
+        Ok(out)
+    }
+
+    fn run(&mut self, trace: &NodeTrace) -> Result<Option<Arc<RunRecord>>, EngineError> {
+        let found = self.cache.runs(&trace.key)?.into_iter().find(|(variant, _)| *variant == trace.variant);
+        Ok(found.map(|(_, record)| record))
+    }
+
+    fn made(&mut self, trace: &NodeTrace) -> Result<Option<Made>, EngineError> {
+        if trace.mapped {
+            let map = self.cache.map(&trace.key)?;
+            return Ok(map.map(|m| Made { fixed: m.fixed, inputs: m.inputs, run: None }));
+        }
+        Ok(self.run(trace)?.map(of_run))
+    }
+}
+
+fn of_run(run: Arc<RunRecord>) -> Made {
+    Made { fixed: run.fixed, inputs: run.inputs.clone(), run: Some(run) }
+}
+
+/// Which files read through the door differ.
+fn files(old: &RunRecord, new: &RunRecord) -> Vec<String> {
+    let map = |r: &RunRecord| -> BTreeMap<String, Option<Digest>> {
+        r.reads.iter().map(|f| (f.path.clone(), f.hash)).collect()
+    };
+    let (old, new) = (map(old), map(new));
+    let mut out = Vec::new();
+    for (path, hash) in &new {
+        match (old.get(path), hash) {
+            (Some(was), now) if was == now => {}
+            (Some(Some(was)), Some(now)) => {
+                out.push(format!("file {path} changed ({} → {})", was.short(), now.short()))
+            }
+            (Some(Some(_)), None) => out.push(format!("file {path} is gone")),
+            (Some(None), _) => out.push(format!("file {path} appeared")),
+            (None, _) => out.push(format!("file {path} is read now")),
+        }
+    }
+    out.extend(old.keys().filter(|p| !new.contains_key(*p)).map(|p| format!("file {p} is no longer read")));
+    out
 }

@@ -15,8 +15,10 @@ pub struct Limits {
     pub objects: u64,
     /// Elements that an accessor may imply without storing them (glTF: an accessor without a buffer view is zero).
     pub implied: u64,
-    /// How deep scene files may include each other, and how deep a node may lie in its tree.
+    /// How deep a node may lie in its tree.
     pub depth: u32,
+    /// How deep scene files may include each other.
+    pub includes: u32,
     /// Bytes of an object's name.
     pub name: u64,
 }
@@ -31,6 +33,7 @@ impl Default for Limits {
             objects: 1 << 22,
             implied: 1 << 20,
             depth: 200,
+            includes: 16,
             name: 1024,
         }
     }

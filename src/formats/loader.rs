@@ -1,6 +1,6 @@
 //! One reading of a scene: which folder it may see, what it has used of its limits, which images it already has.
 
-use super::{Files, FormatError, Limits, files, gltf, picture, ply};
+use super::{Files, FormatError, Limits, files, gltf, obj, picture, ply, scene_toml};
 use crate::{
     array::Bytes,
     math::Stop,
@@ -84,6 +84,8 @@ impl<'a> Loader<'a> {
         self.open.push(path.to_owned());
         let objects = match extension.as_str() {
             "glb" | "gltf" => gltf::read(self, path, bytes),
+            "obj" => obj::read(self, path, bytes),
+            "toml" => scene_toml::read(self, path, bytes),
             "ply" => ply::read(self, path, bytes),
             _ => Err(FormatError::Kind { file: path.to_owned() }),
         };
@@ -93,8 +95,8 @@ impl<'a> Loader<'a> {
         Ok(objects)
     }
 
-    /// How many scene files include the one being read.
-    pub fn depth(&self) -> usize {
+    /// How many files are being read: the outermost one and those that it includes.
+    pub fn includes(&self) -> usize {
         self.open.len()
     }
 

@@ -11,8 +11,12 @@ mod gltf;
 mod limits;
 mod loader;
 mod mesh;
+mod obj;
 mod picture;
 mod ply;
+mod scene_toml;
+#[cfg(test)]
+mod tests;
 
 pub use error::FormatError;
 pub use files::{DiskFiles, Files};

@@ -64,3 +64,49 @@ pub(super) fn decode(bytes: &[u8], name: &str, limit: u64) -> Result<Image, Stri
     let texels = texels.unwrap_or_else(|(_, bytes)| bytes.chunks_exact(4).map(|c| [c[0], c[1], c[2], c[3]]).collect());
     Ok(Image { name: name.to_owned(), width, height, texels: texels.into() })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::{DynamicImage, GrayImage, ImageBuffer, Luma, LumaA, Rgb, RgbImage};
+
+    fn encode(picture: DynamicImage, format: ImageFormat) -> Vec<u8> {
+        let mut out = Cursor::new(Vec::new());
+        picture.write_to(&mut out, format).unwrap();
+        out.into_inner()
+    }
+
+    fn texel(bytes: &[u8]) -> [u8; 4] {
+        let image = decode(bytes, "x", 16).unwrap();
+        assert_eq!((image.width, image.height, image.texels.len()), (2, 3, 6));
+        image.texels[0]
+    }
+
+    #[test]
+    fn every_layout_becomes_rgba() {
+        let png = |p: DynamicImage| texel(&encode(p, ImageFormat::Png));
+        assert_eq!(png(GrayImage::from_pixel(2, 3, Luma([7])).into()), [7, 7, 7, 255]);
+        let grey16 = ImageBuffer::<Luma<u16>, _>::from_pixel(2, 3, Luma([0x8000]));
+        assert_eq!(png(DynamicImage::ImageLuma16(grey16)), [128, 128, 128, 255]);
+        let rgb16 = ImageBuffer::<Rgb<u16>, _>::from_pixel(2, 3, Rgb([0, 0xffff, 0x4040]));
+        assert_eq!(png(DynamicImage::ImageRgb16(rgb16)), [0, 255, 64, 255]);
+        let grey_alpha = ImageBuffer::<LumaA<u8>, _>::from_pixel(2, 3, LumaA([9, 3]));
+        assert_eq!(png(DynamicImage::ImageLumaA8(grey_alpha)), [9, 9, 9, 3]);
+    }
+
+    #[test]
+    fn jpeg_in_colour_and_grey() {
+        let near = |found: [u8; 4], expect: [u8; 4]| found.iter().zip(expect).all(|(a, b)| a.abs_diff(b) <= 3);
+        let colour = encode(RgbImage::from_pixel(2, 3, Rgb([200, 100, 50])).into(), ImageFormat::Jpeg);
+        assert!(near(texel(&colour), [200, 100, 50, 255]));
+        let grey = encode(GrayImage::from_pixel(2, 3, Luma([77])).into(), ImageFormat::Jpeg);
+        assert!(near(texel(&grey), [77, 77, 77, 255]));
+        assert!(decode(&colour, "x", 5).unwrap_err().contains("the limit is 5"));
+        for end in 0..colour.len() {
+            // A JPEG that is cut off may still show something; it must not panic, nor have another size.
+            if let Ok(image) = decode(&colour[..end], "x", 16) {
+                assert_eq!(image.texels.len(), 6);
+            }
+        }
+    }
+}

@@ -4,4 +4,4 @@ pub mod measure;
 pub mod picture;
 pub mod srgb;
 
-pub use picture::{Picture, PictureError, load_png, save_png};
+pub use picture::{Picture, PictureError, encode_png, load_png, save_png};

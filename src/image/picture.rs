@@ -32,6 +32,22 @@ pub fn save_png(path: &Path, picture: &Picture) -> Result<(), PictureError> {
         .map_err(|source| PictureError::Png { path: path.into(), source })
 }
 
+/// The bytes of a PNG file; the same for the same picture.
+pub fn encode_png(picture: &Picture) -> Result<Vec<u8>, PictureError> {
+    use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+    let name = || PathBuf::from("picture");
+    let Picture { width, height, texels } = picture;
+    if *width as usize * *height as usize != texels.len() {
+        return Err(PictureError::Size { path: name(), width: *width, height: *height, found: texels.len() });
+    }
+    let mut out = Vec::new();
+    let encoder = PngEncoder::new_with_quality(&mut out, CompressionType::Fast, FilterType::Adaptive);
+    let bytes: &[u8] = bytemuck::cast_slice(texels);
+    image::ImageEncoder::write_image(encoder, bytes, *width, *height, image::ExtendedColorType::Rgba8)
+        .map_err(|source| PictureError::Png { path: name(), source })?;
+    Ok(out)
+}
+
 /// Reads a PNG file of any colour type as 8-bit RGBA. The `image` crate's default limits on size apply.
 pub fn load_png(path: &Path) -> Result<Picture, PictureError> {
     let wrap = |source| PictureError::Png { path: path.into(), source };
@@ -53,6 +69,8 @@ mod tests {
         let texels = (0..12u8).map(|i| [i, i * 2, 255 - i, i * 20]).collect();
         let picture = Picture { width: 4, height: 3, texels };
         save_png(&path, &picture).unwrap();
+        assert_eq!(load_png(&path).unwrap(), picture);
+        std::fs::write(&path, encode_png(&picture).unwrap()).unwrap();
         assert_eq!(load_png(&path).unwrap(), picture);
     }
 

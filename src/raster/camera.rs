@@ -20,6 +20,7 @@ pub(crate) struct Camera {
     /// Pixels per unit of x/z (perspective) or x (orthographic), and the pixel position of 0: px = u·scale.0 + origin.0,
     /// py = origin.1 − v·scale.1.
     pub scale: (f64, f64),
+    inverse_scale: (f64, f64),
     pub origin: (f64, f64),
     pub near: f64,
     pub far: f64,
@@ -58,6 +59,7 @@ impl Camera {
             frame: DMat3::from_cols(view.right, view.up, view.forward).transpose(),
             perspective,
             scale,
+            inverse_scale: (1.0 / scale.0, 1.0 / scale.1),
             origin: (-l * scale.0, t * scale.1),
             near: view.near,
             far: view.far,
@@ -106,7 +108,7 @@ impl Camera {
     /// Coefficients (a, b, c) of the affine function a·px + b·py + c that equals `x·u + y·v + z`, with (u, v) the
     /// camera-space direction (or, orthographic, place) of the pixel position.
     pub fn affine(&self, k: DVec3) -> [f64; 3] {
-        let (a, b) = (k.x / self.scale.0, -k.y / self.scale.1);
+        let (a, b) = (k.x * self.inverse_scale.0, -k.y * self.inverse_scale.1);
         [a, b, k.z - a * self.origin.0 - b * self.origin.1]
     }
 }

@@ -83,46 +83,87 @@ pub(crate) fn may_cover(v: &[[i32; 2]; 3], rect: Rect) -> bool {
     edges(v, rect).is_some()
 }
 
+/// Widest and highest rectangle of samples for which [`small_mask`] answers.
+pub(crate) const SMALL: i32 = 4;
+
+/// The covered samples of a small triangle (positive area): bit 4·(y − y0) + (x − x0) for the samples of `within`, counted
+/// from the first of `all`, the samples within the triangle's bounds.
+pub(crate) fn small_mask(v: &[[i32; 2]; 3], all: Rect, within: Rect) -> u16 {
+    debug_assert!(all.x1 - all.x0 < SMALL && all.y1 - all.y0 < SMALL);
+    // Corners lie less than SMALL + 1 pixels apart: products stay below 2²².
+    let (px, py) = (within.x0 * STEPS + STEPS / 2, within.y0 * STEPS + STEPS / 2);
+    let mut e = [0i32; 3];
+    let mut step = [[0i32; 2]; 3];
+    for i in 0..3 {
+        let (a, b) = (v[i], v[(i + 1) % 3]);
+        let (ex, ey) = (b[0] - a[0], b[1] - a[1]);
+        let top_left = ey < 0 || (ey == 0 && ex > 0);
+        e[i] = ex * (py - a[1]) - ey * (px - a[0]) - !top_left as i32;
+        step[i] = [-ey * STEPS, ex * STEPS];
+    }
+    let mut mask = 0;
+    for y in within.y0..=within.y1 {
+        let mut at = e;
+        for x in within.x0..=within.x1 {
+            let inside = (at[0] | at[1] | at[2]) >= 0;
+            mask |= (inside as u16) << (SMALL * (y - all.y0) + (x - all.x0));
+            at = [at[0] + step[0][0], at[1] + step[1][0], at[2] + step[2][0]];
+        }
+        e = [e[0] + step[0][1], e[1] + step[1][1], e[2] + step[2][1]];
+    }
+    mask
+}
+
 /// Calls `span(y, x0, x1)` for the covered samples x0..x1 of every row of `rect`, a rectangle within one tile.
+#[inline]
 pub(crate) fn cover(v: &[[i32; 2]; 3], rect: Rect, mut span: impl FnMut(i32, i32, i32)) {
     debug_assert!(rect.x1 - rect.x0 < Tile::SIDE as i32 && rect.y1 - rect.y0 < Tile::SIDE as i32);
     let Some([mut a, mut b, mut c]) = edges(v, rect) else { return };
-    let wide = rect.x1 - rect.x0 >= 16;
+    let n = rect.x1 - rect.x0 + 1;
     for y in rect.y0..=rect.y1 {
-        if wide {
-            let n = rect.x1 - rect.x0 + 1;
-            let (mut from, mut to) = (0, n);
-            for k in [&a, &b, &c] {
-                // Where e + dx·i ≥ 0.
-                if k.dx > 0 {
-                    from = from.max(-k.e.div_euclid(k.dx));
-                } else if k.dx < 0 {
-                    to = to.min(k.e.div_euclid(-k.dx) + 1);
-                } else if k.e < 0 {
-                    to = 0;
-                }
-            }
-            if from < to {
-                span(y, rect.x0 + from, rect.x0 + to);
-            }
-        } else {
-            let (mut ea, mut eb, mut ec) = (a.e, b.e, c.e);
-            let mut x = rect.x0;
-            while x <= rect.x1 && (ea | eb | ec) < 0 {
-                (ea, eb, ec) = (ea.wrapping_add(a.dx), eb.wrapping_add(b.dx), ec.wrapping_add(c.dx));
-                x += 1;
-            }
-            let from = x;
-            while x <= rect.x1 && (ea | eb | ec) >= 0 {
-                (ea, eb, ec) = (ea.wrapping_add(a.dx), eb.wrapping_add(b.dx), ec.wrapping_add(c.dx));
-                x += 1;
-            }
-            if from < x {
-                span(y, from, x);
-            }
+        let (from, to) = if n > 16 { span_by_division([a, b, c], n) } else { span_by_steps([a, b, c], n) };
+        if from < to {
+            span(y, rect.x0 + from, rect.x0 + to);
         }
         for k in [&mut a, &mut b, &mut c] {
             k.e = k.e.wrapping_add(k.dy);
         }
     }
+}
+
+/// The first and one past the last of `n` samples of a row that lie inside all three edges.
+fn span_by_division(edges: [Edge; 3], n: i32) -> (i32, i32) {
+    let (mut from, mut to) = (0, n);
+    for k in edges {
+        // Where e + dx·i ≥ 0.
+        if k.dx > 0 {
+            from = from.max(-k.e.div_euclid(k.dx));
+        } else if k.dx < 0 {
+            to = to.min(k.e.div_euclid(-k.dx) + 1);
+        } else if k.e < 0 {
+            to = 0;
+        }
+    }
+    (from, to)
+}
+
+/// As [`span_by_division`], faster for short rows.
+fn span_by_steps([a, b, c]: [Edge; 3], n: i32) -> (i32, i32) {
+    let (mut ea, mut eb, mut ec) = (a.e, b.e, c.e);
+    let mut step = || {
+        (ea, eb, ec) = (ea.wrapping_add(a.dx), eb.wrapping_add(b.dx), ec.wrapping_add(c.dx));
+        (ea | eb | ec) >= 0
+    };
+    let mut inside = (a.e | b.e | c.e) >= 0;
+    let mut x = 0;
+    while x < n && !inside {
+        inside = step();
+        x += 1;
+    }
+    let from = x;
+    while x < n && inside {
+        inside = step();
+        x += 1;
+    }
+    (from, x)
 }

@@ -16,6 +16,7 @@ mod fragments;
 mod geometry;
 mod light;
 mod nearest;
+mod noise;
 mod patch;
 mod prepare;
 mod render;
@@ -32,6 +33,7 @@ pub use fragments::{Fragment, Fragments, TileFragments, fragments, fragments_in_
 pub use geometry::{Geometry, Place};
 pub use light::Light;
 pub use nearest::{NOTHING, Nearest, nearest};
+pub use noise::Noise;
 pub use prepare::{Prepared, ScreenTriangle};
 pub use render::{Rendered, Rendering, picture, render};
 pub use shade::{Shader, Shading, Surface};

@@ -3,8 +3,8 @@
 use super::{
     Geometry, Prepared,
     camera::Camera,
-    geometry::{Cutout, Draw},
-    texture::{Coordinates, alpha_at},
+    geometry::Cutout,
+    texture::{AlphaMap, Coordinates},
 };
 use glam::DVec3;
 
@@ -58,10 +58,9 @@ pub(crate) struct Holes<'a> {
 
 struct Last<'a> {
     triangle: u32,
-    draw: &'a Draw,
     cutoff: f32,
     patch: Patch,
-    coordinates: Option<Coordinates>,
+    texture: Option<(Coordinates, AlphaMap<'a>)>,
     /// Material alpha times vertex alpha, at the corners.
     alpha: [f32; 3],
 }
@@ -88,11 +87,10 @@ impl<'a> Holes<'a> {
     }
 
     fn get(&mut self, triangle: u32) -> &Last<'a> {
-        let last = match self.last.take() {
-            Some(last) if last.triangle == triangle => last,
-            _ => Last::new(self.geometry, &self.camera, triangle),
-        };
-        self.last.insert(last)
+        if self.last.as_ref().is_some_and(|last| last.triangle != triangle) {
+            self.last = None;
+        }
+        self.last.get_or_insert_with(|| Last::new(self.geometry, &self.camera, triangle))
     }
 }
 
@@ -103,16 +101,16 @@ impl<'a> Last<'a> {
         let corners = draw.corners(local).map(|p| camera.world_to_camera(p));
         let factor = draw.material.base_color[3];
         let indices = draw.mesh.triangles[local as usize];
+        let texture = draw.material.base_color_texture.as_ref();
         Self {
             triangle,
-            draw,
             cutoff: match draw.cutout {
                 Cutout::Masked(cutoff) => cutoff,
                 Cutout::Solid => f32::NEG_INFINITY,
                 Cutout::Hidden => f32::INFINITY,
             },
             patch: Patch::new(camera, corners),
-            coordinates: draw.material.base_color_texture.as_ref().map(|t| Coordinates::new(t, &draw.mesh, indices)),
+            texture: texture.map(|t| (Coordinates::new(t, &draw.mesh, indices), AlphaMap::new(t))),
             alpha: indices.map(|i| factor * draw.mesh.colors.get(i as usize).map_or(1.0, |c| c[3])),
         }
     }
@@ -120,8 +118,8 @@ impl<'a> Last<'a> {
     fn solid(&self, w: [f64; 3]) -> bool {
         let mut alpha =
             (self.alpha[0] as f64 * w[0] + self.alpha[1] as f64 * w[1] + self.alpha[2] as f64 * w[2]) as f32;
-        if let (Some(c), Some(texture)) = (&self.coordinates, &self.draw.material.base_color_texture) {
-            alpha *= alpha_at(texture, c.at(w));
+        if let Some((coordinates, map)) = &self.texture {
+            alpha *= map.at(coordinates.at(w));
         }
         alpha >= self.cutoff
     }

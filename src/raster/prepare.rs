@@ -6,7 +6,7 @@ use super::{
     Geometry, Options, Tile,
     camera::{Camera, OUTSIDE, Vertex},
     clip::clip_to_view,
-    cover::{Rect, cover, doubled_area, may_cover, samples_within},
+    cover::{Rect, SMALL, cover, doubled_area, may_cover, samples_within, small_mask},
     geometry::{Cutout, Draw},
     tile::Grid,
 };
@@ -23,14 +23,18 @@ pub struct ScreenTriangle {
     pub triangle: u32,
     /// Least and greatest planar depth of the clipped triangle, metres.
     pub depth: [f32; 2],
-    flags: u32,
+    flags: u16,
+    /// The covered samples of a small triangle, see [`small_mask`].
+    mask: u16,
     /// a·px + b·py + c is 1/depth (perspective) or depth.
     plane: [f64; 3],
 }
 
-const PERSPECTIVE: u32 = 1;
-const MASKED: u32 = 2;
-const BACK: u32 = 4;
+const PERSPECTIVE: u16 = 1;
+const MASKED: u16 = 2;
+const BACK: u16 = 4;
+/// `mask` says which samples are covered.
+const IS_SMALL: u16 = 8;
 
 /// The triangles of a view, sorted into tiles.
 pub struct Prepared<'a> {
@@ -90,10 +94,24 @@ impl ScreenTriangle {
     }
 
     /// Calls `row(y, x0, x1)` for the pixels x0..x1 of each row of `tile` whose centres the triangle covers.
-    pub fn cover(&self, tile: &Tile, row: impl FnMut(i32, i32, i32)) {
-        let rect = samples_within(&self.corners).intersect(rect_of(tile));
-        if !rect.is_empty() {
-            cover(&self.corners, rect, row);
+    #[inline]
+    pub fn cover(&self, tile: &Tile, mut row: impl FnMut(i32, i32, i32)) {
+        let all = samples_within(&self.corners);
+        let rect = all.intersect(rect_of(tile));
+        if rect.is_empty() {
+            return;
+        }
+        if self.flags & IS_SMALL == 0 {
+            return cover(&self.corners, rect, row);
+        }
+        for y in rect.y0..=rect.y1 {
+            // A row of a triangle is one run of samples.
+            let bits = (self.mask >> (SMALL * (y - all.y0))) & 0xf;
+            let from = (all.x0 + bits.trailing_zeros() as i32).max(rect.x0);
+            let to = (all.x0 + 16 - bits.leading_zeros() as i32).min(rect.x1 + 1);
+            if from < to {
+                row(y, from, to);
+            }
         }
     }
 }
@@ -149,9 +167,10 @@ impl<'a> Prepared<'a> {
                 batch.for_triangles(i * CHUNK..(i + 1) * CHUNK, |item, range| {
                     let setup = Setup { camera, grid, draw: item.draw, cull_back: options.cull_back };
                     let vertices = &vertices[item.vertex..];
-                    for local in range {
-                        let [a, b, c] = item.draw.mesh.triangles[local].map(|v| &vertices[v as usize]);
-                        setup.triangle(item.draw.first + local as u32, [a, b, c], &mut chunk.triangles);
+                    let first = item.draw.first + range.start as u32;
+                    for (number, indices) in (first..).zip(&item.draw.mesh.triangles[range]) {
+                        let corners = indices.map(|v| &vertices[v as usize]);
+                        setup.triangle(number, corners, &mut chunk.triangles);
                     }
                 });
                 chunk.sort_into_tiles(grid);
@@ -349,7 +368,8 @@ impl Setup<'_> {
         out: &mut Vec<ScreenTriangle>,
     ) {
         let whole = Rect { x0: 0, y0: 0, x1: self.grid.width as i32 - 1, y1: self.grid.height as i32 - 1 };
-        let rect = samples_within(&corners).intersect(whole);
+        let all = samples_within(&corners);
+        let rect = all.intersect(whole);
         if rect.is_empty() {
             return;
         }
@@ -362,17 +382,23 @@ impl Setup<'_> {
         if area < 0 {
             corners.swap(1, 2);
         }
-        let small = rect.x1 - rect.x0 < 4 && rect.y1 - rect.y0 < 4;
-        if small && !may_cover(&corners, rect) {
-            return;
+        let (mut mask, mut flags) = (0, 0);
+        if all.x1 - all.x0 < SMALL && all.y1 - all.y0 < SMALL {
+            mask = small_mask(&corners, all, rect);
+            flags |= IS_SMALL;
+            if mask == 0 {
+                return;
+            }
         }
-        let perspective = if self.camera.perspective { PERSPECTIVE } else { 0 };
-        let masked = if matches!(self.draw.cutout, Cutout::Masked(_)) { MASKED } else { 0 };
+        flags |= if self.camera.perspective { PERSPECTIVE } else { 0 };
+        flags |= if matches!(self.draw.cutout, Cutout::Masked(_)) { MASKED } else { 0 };
+        flags |= if back { BACK } else { 0 };
         out.push(ScreenTriangle {
             corners,
             triangle: number,
             depth: depth.map(|z| z as f32),
-            flags: perspective | masked | if back { BACK } else { 0 },
+            flags,
+            mask,
             plane: depth_plane(self.camera, p),
         });
     }
@@ -383,5 +409,9 @@ impl Setup<'_> {
 pub(crate) fn depth_plane(camera: &Camera, p: [DVec3; 3]) -> [f64; 3] {
     let n = (p[1] - p[0]).cross(p[2] - p[0]);
     let d = n.dot(p[0]);
-    if camera.perspective { camera.affine(n / d) } else { camera.affine(DVec3::new(-n.x / n.z, -n.y / n.z, d / n.z)) }
+    if camera.perspective {
+        camera.affine(n * (1.0 / d))
+    } else {
+        camera.affine(DVec3::new(-n.x / n.z, -n.y / n.z, d / n.z))
+    }
 }

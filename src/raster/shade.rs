@@ -1,7 +1,7 @@
 //! Deferred shading: how a triangle looks at a pixel position.
 
 use super::{
-    Geometry, Light,
+    Geometry, Light, Noise,
     camera::Camera,
     geometry::{Cutout, Draw},
     patch::Patch,
@@ -19,14 +19,13 @@ use std::{collections::BTreeMap, sync::Arc};
 pub struct Shader<'a> {
     pub geometry: &'a Geometry,
     /// One for each draw.
-    looks: Vec<Look>,
+    looks: Vec<Look<'a>>,
 }
 
-#[derive(Default)]
-struct Look {
-    base: Option<Arc<Mips>>,
-    normal: Option<Arc<Mips>>,
-    emissive: Option<Arc<Mips>>,
+struct Look<'a> {
+    base: Option<Arc<Mips<'a>>>,
+    normal: Option<Arc<Mips<'a>>>,
+    emissive: Option<Arc<Mips<'a>>>,
 }
 
 /// How surfaces become colours.
@@ -37,11 +36,15 @@ pub enum Shading {
     Unlit,
     /// Base colour under a sun and a sky, plus what the surface emits. Materials that say they are unlit stay so.
     Lit(Light),
+    /// Base colour times a noise of the surface point, for scenes without colour. Materials' `unlit` is ignored.
+    Noise(Noise),
 }
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
+    /// World space, metres.
+    pub position: DVec3,
     /// Linear: base colour factor × texture × vertex colour. Alpha is not yet compared with a cutoff.
     pub color: [f32; 4],
     /// Unit, world space, with the normal map; turned round where the triangle is seen from behind.
@@ -61,6 +64,10 @@ impl Surface {
                 let (on, c) = (light.on(self.normal), [r, g, b]);
                 std::array::from_fn(|k| c[k] * on[k] + self.emissive[k])
             }
+            Shading::Noise(noise) => {
+                let n = noise.at(self.position);
+                [r * n, g * n, b * n]
+            }
             _ => [r, g, b],
         }
     }
@@ -70,7 +77,7 @@ impl<'a> Shader<'a> {
     pub fn new(geometry: &'a Geometry) -> Self {
         // Each image once for each role, numbered in the order of first use.
         let mut number = BTreeMap::new();
-        let mut wanted: Vec<(&Image, Role)> = Vec::new();
+        let mut wanted: Vec<(&'a Image, Role)> = Vec::new();
         let mut want = |texture: &'a Option<Texture>, role: Role| {
             let image = &**texture.as_ref().map(|t| &t.image)?;
             Some(*number.entry((std::ptr::from_ref(image), role)).or_insert_with(|| {
@@ -121,7 +128,7 @@ impl<'a> Shader<'a> {
 /// A triangle made ready for shading in one view.
 pub(crate) struct Facet<'a> {
     draw: &'a Draw,
-    look: &'a Look,
+    look: &'a Look<'a>,
     camera: Camera,
     indices: [u32; 3],
     /// World space, in the order of the mesh's indices.
@@ -134,7 +141,7 @@ pub(crate) struct Facet<'a> {
 /// One texture of a facet.
 struct Layer<'a> {
     texture: &'a Texture,
-    mips: &'a Mips,
+    mips: &'a Mips<'a>,
     coordinates: Coordinates,
     /// Change of Σ fᵢ·uᵢ, Σ fᵢ·vᵢ and Σ fᵢ (see [`Patch`]) from pixel to pixel, in texels for the first two.
     slopes: [[f64; 2]; 3],
@@ -146,7 +153,7 @@ impl<'a> Layer<'a> {
         draw: &Draw,
         indices: [u32; 3],
         texture: &'a Option<Texture>,
-        mips: &'a Option<Arc<Mips>>,
+        mips: &'a Option<Arc<Mips<'a>>>,
     ) -> Option<Self> {
         let (texture, mips) = (texture.as_ref()?, mips.as_deref()?);
         let coordinates = Coordinates::new(texture, &draw.mesh, indices);
@@ -164,7 +171,7 @@ impl<'a> Layer<'a> {
             let y = (dv[k] - uv[1] * d1[k]) * inverse * size[1];
             x * x + y * y
         };
-        let footprint = length(0).max(length(1)).sqrt() as f32;
+        let footprint = length(0).max(length(1)) as f32;
         self.mips.sample(uv, footprint, self.texture.wrap, self.texture.smooth)
     }
 }
@@ -183,6 +190,7 @@ impl Facet<'_> {
 
     fn surface_at(&self, w: [f64; 3], inverse: f64) -> Surface {
         Surface {
+            position: self.position_at(w),
             color: self.color_at(w, inverse),
             normal: self.normal_at(w, inverse),
             emissive: self.emissive_at(w, inverse),
@@ -194,12 +202,21 @@ impl Facet<'_> {
     pub fn seen(&self, px: f64, py: f64, shading: &Shading) -> [f32; 3] {
         match shading {
             Shading::Lit(_) if !self.draw.material.unlit => self.surface(px, py).seen(shading),
+            Shading::Noise(noise) => {
+                let (w, inverse) = self.patch.weights(px, py);
+                let ([r, g, b, _], n) = (self.color_at(w, inverse), noise.at(self.position_at(w)));
+                [r * n, g * n, b * n]
+            }
             _ => {
                 let (w, inverse) = self.patch.weights(px, py);
                 let [r, g, b, _] = self.color_at(w, inverse);
                 [r, g, b]
             }
         }
+    }
+
+    fn position_at(&self, w: [f64; 3]) -> DVec3 {
+        self.corners[0] * w[0] + self.corners[1] * w[1] + self.corners[2] * w[2]
     }
 
     fn color_at(&self, w: [f64; 3], inverse: f64) -> [f32; 4] {

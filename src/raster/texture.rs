@@ -4,6 +4,8 @@ use crate::{
     image::srgb,
     scene::{Image, Mesh, Texture, Wrap},
 };
+use glam::Vec4;
+use std::borrow::Cow;
 
 /// The texture coordinates of a triangle's corners, the texture's transform applied.
 #[derive(Clone, Copy, Debug)]
@@ -44,56 +46,113 @@ pub(crate) enum Role {
     Data,
 }
 
-/// An image's mip levels, linear, in 1/65535.
+/// An image's mip levels in 8 bits, encoded as the image is; averages are made in linear light.
 #[derive(Debug)]
-pub(crate) struct Mips {
-    levels: Vec<Level>,
+pub(crate) struct Mips<'a> {
+    levels: Vec<Level<'a>>,
     role: Role,
+    /// Linear value of a byte of colour, 0 to 1.
+    linear: [f32; 256],
 }
 
 #[derive(Debug)]
-struct Level {
+struct Level<'a> {
     width: u32,
     height: u32,
-    texels: Vec<[u16; 4]>,
+    texels: Cow<'a, [[u8; 4]]>,
 }
 
-impl Mips {
-    pub fn new(image: &Image, role: Role) -> Self {
-        let table: [f32; 256] = std::array::from_fn(|i| match role {
+impl<'a> Mips<'a> {
+    pub fn new(image: &'a Image, role: Role) -> Self {
+        let linear = std::array::from_fn(|i| match role {
             Role::Data => i as f32 / 255.0,
             _ => srgb::to_linear(i as u8),
         });
-        let base = |t: &[u8; 4]| {
-            let weight = if role == Role::CutoutColor { t[3] as f32 / 255.0 } else { 1.0 };
-            let c = |k: usize| (table[t[k] as usize] * weight * 65535.0 + 0.5) as u16;
-            [c(0), c(1), c(2), t[3] as u16 * 257]
-        };
-        let texels = image.texels.iter().map(base).collect();
-        let mut levels = vec![Level { width: image.width, height: image.height, texels }];
-        while let Some(last) = levels.last().filter(|l| l.width > 1 || l.height > 1) {
-            let next = last.halved();
-            levels.push(next);
+        let base = Level { width: image.width, height: image.height, texels: Cow::Borrowed(&image.texels) };
+        let mut mips = Self { levels: vec![base], role, linear };
+        while let Some(last) = mips.levels.last().filter(|l| l.width > 1 || l.height > 1) {
+            let next = mips.halved(last);
+            mips.levels.push(next);
         }
-        Self { levels, role }
+        mips
     }
 
-    /// Linear RGBA at `uv`; `footprint` is the length of a pixel's longer side on the base level, texels.
-    /// Trilinear; where `smooth` is false, the nearest texel as long as texels are larger than pixels.
-    pub fn sample(&self, uv: [f64; 2], footprint: f32, wrap: [Wrap; 2], smooth: bool) -> [f32; 4] {
-        let lod = if footprint > 1.0 { log2(footprint).min((self.levels.len() - 1) as f32) } else { 0.0 };
-        let level = lod as usize;
-        let (base, part) = (&self.levels[level], lod - level as f32);
-        let texel = if footprint > 1.0 || smooth { base.bilinear(uv, wrap) } else { base.nearest(uv, wrap) };
-        let mut c = match self.levels.get(level + 1) {
-            Some(next) if part > 0.0 => mix(texel, next.bilinear(uv, wrap), part),
-            _ => texel,
-        };
-        if self.role == Role::CutoutColor && c[3] > 0.0 {
-            let scale = 65535.0 / c[3];
-            c = [c[0] * scale, c[1] * scale, c[2] * scale, c[3]];
+    /// Half the size, rounded down, at least 1; every texel the mean over the area that it covers.
+    fn halved(&self, level: &Level) -> Level<'a> {
+        let (width, height) = ((level.width / 2).max(1), (level.height / 2).max(1));
+        let columns: Vec<_> = (0..width).map(|x| spread(x, width, level.width)).collect();
+        let mut texels = Vec::with_capacity(width as usize * height as usize);
+        for y in 0..height {
+            let rows = spread(y, height, level.height);
+            for columns in &columns {
+                let mut sum = Vec4::ZERO;
+                for (sy, wy) in rows.into_iter().filter(|r| r.1 > 0.0) {
+                    let row = &level.texels[sy as usize * level.width as usize..];
+                    for (sx, wx) in columns.iter().filter(|c| c.1 > 0.0) {
+                        sum += self.decoded(row[*sx as usize]) * (wx * wy);
+                    }
+                }
+                let c = self.finished(sum);
+                let code = |v: f32| match self.role {
+                    Role::Data => (v * 255.0 + 0.5) as u8,
+                    _ => srgb::from_linear(v),
+                };
+                texels.push([code(c[0]), code(c[1]), code(c[2]), (c[3] * 255.0 + 0.5) as u8]);
+            }
         }
-        c.map(|c| c * (1.0 / 65535.0))
+        Level { width, height, texels: Cow::Owned(texels) }
+    }
+
+    /// A texel as it is averaged: linear, and where holes are cut, weighted by its alpha.
+    #[inline]
+    fn decoded(&self, t: [u8; 4]) -> Vec4 {
+        let l = &self.linear;
+        let alpha = t[3] as f32 * (1.0 / 255.0);
+        let c = Vec4::new(l[t[0] as usize], l[t[1] as usize], l[t[2] as usize], alpha);
+        if self.role == Role::CutoutColor { c * Vec4::new(alpha, alpha, alpha, 1.0) } else { c }
+    }
+
+    /// The average without its weight.
+    #[inline]
+    fn finished(&self, c: Vec4) -> [f32; 4] {
+        if self.role == Role::CutoutColor && c.w > 0.0 {
+            let scale = 1.0 / c.w;
+            return [c.x * scale, c.y * scale, c.z * scale, c.w];
+        }
+        c.to_array()
+    }
+
+    /// Linear RGBA at `uv`; `footprint` is the squared length of a pixel's longer side on the base level, texels².
+    /// Trilinear; where `smooth` is false, the nearest texel as long as texels are larger than pixels.
+    #[inline]
+    pub fn sample(&self, uv: [f64; 2], footprint: f32, wrap: [Wrap; 2], smooth: bool) -> [f32; 4] {
+        let uv = [wrapped(uv[0], wrap[0]), wrapped(uv[1], wrap[1])];
+        if !smooth && !(footprint > 1.0) {
+            let base = &self.levels[0];
+            let at = texel_of(uv[1], base.height) as usize * base.width as usize + texel_of(uv[0], base.width) as usize;
+            return self.finished(self.decoded(base.texels[at]));
+        }
+        let lod = if footprint > 1.0 { (0.5 * log2(footprint)).min((self.levels.len() - 1) as f32) } else { 0.0 };
+        let level = lod as usize;
+        let part = lod - level as f32;
+        let mut c = self.bilinear(&self.levels[level], uv, wrap);
+        if part > 0.0
+            && let Some(next) = self.levels.get(level + 1)
+        {
+            c += (self.bilinear(next, uv, wrap) - c) * part;
+        }
+        self.finished(c)
+    }
+
+    #[inline]
+    fn bilinear(&self, level: &Level, uv: [f64; 2], wrap: [Wrap; 2]) -> Vec4 {
+        let (x, fx) = neighbours(uv[0], level.width, wrap[0]);
+        let (y, fy) = neighbours(uv[1], level.height, wrap[1]);
+        let (texels, w) = (&level.texels[..], level.width as usize);
+        let texel = |x: u32, y: u32| self.decoded(texels[y as usize * w + x as usize]);
+        let (a, b, c, d) = (texel(x[0], y[0]), texel(x[1], y[0]), texel(x[0], y[1]), texel(x[1], y[1]));
+        let (top, bottom) = (a + (b - a) * fx, c + (d - c) * fx);
+        top + (bottom - top) * fy
     }
 
     /// Texels of the base level.
@@ -102,84 +161,45 @@ impl Mips {
     }
 }
 
-impl Level {
-    /// Half the size, rounded down, at least 1; every texel the mean over the area that it covers.
-    fn halved(&self) -> Self {
-        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
-        let (w, even) = (self.width as usize, self.width == 2 * width && self.height == 2 * height);
-        let mut texels = Vec::with_capacity(width as usize * height as usize);
-        for y in 0..height {
-            let rows = spread(y, height, self.height);
-            for x in 0..width {
-                if even {
-                    let at = 2 * y as usize * w + 2 * x as usize;
-                    let t = [self.texels[at], self.texels[at + 1], self.texels[at + w], self.texels[at + w + 1]];
-                    texels.push([0, 1, 2, 3].map(|k| ((t.iter().map(|t| t[k] as u32).sum::<u32>() + 2) >> 2) as u16));
-                    continue;
-                }
-                let mut sum = [0.0f64; 4];
-                for (sy, wy) in rows {
-                    for (sx, wx) in spread(x, width, self.width) {
-                        let t = self.texels[sy as usize * w + sx as usize];
-                        for k in 0..4 {
-                            sum[k] += t[k] as f64 * (wx * wy);
-                        }
-                    }
-                }
-                texels.push(sum.map(|s| (s + 0.5) as u16));
-            }
+/// The alpha channel of a texture's base level.
+pub(crate) struct AlphaMap<'a> {
+    texture: &'a Texture,
+    texels: &'a [[u8; 4]],
+}
+
+impl<'a> AlphaMap<'a> {
+    pub fn new(texture: &'a Texture) -> Self {
+        Self { texture, texels: &texture.image.texels }
+    }
+
+    /// 0 to 1: bilinear, or of the nearest texel where the texture is not smooth.
+    pub fn at(&self, uv: [f64; 2]) -> f32 {
+        let (image, wrap) = (&self.texture.image, self.texture.wrap);
+        let uv = [wrapped(uv[0], wrap[0]), wrapped(uv[1], wrap[1])];
+        let alpha = |x: u32, y: u32| self.texels[y as usize * image.width as usize + x as usize][3] as f32 / 255.0;
+        if !self.texture.smooth {
+            return alpha(texel_of(uv[0], image.width), texel_of(uv[1], image.height));
         }
-        Self { width, height, texels }
+        let (x, fx) = neighbours(uv[0], image.width, wrap[0]);
+        let (y, fy) = neighbours(uv[1], image.height, wrap[1]);
+        let row = |y: u32| {
+            let (a, b) = (alpha(x[0], y), alpha(x[1], y));
+            a + (b - a) * fx
+        };
+        let (top, bottom) = (row(y[0]), row(y[1]));
+        top + (bottom - top) * fy
     }
-
-    fn texel(&self, x: u32, y: u32) -> [f32; 4] {
-        self.texels[y as usize * self.width as usize + x as usize].map(|c| c as f32)
-    }
-
-    fn bilinear(&self, uv: [f64; 2], wrap: [Wrap; 2]) -> [f32; 4] {
-        let (x, fx) = neighbours(uv[0], self.width, wrap[0]);
-        let (y, fy) = neighbours(uv[1], self.height, wrap[1]);
-        let top = mix(self.texel(x[0], y[0]), self.texel(x[1], y[0]), fx);
-        let bottom = mix(self.texel(x[0], y[1]), self.texel(x[1], y[1]), fx);
-        mix(top, bottom, fy)
-    }
-
-    fn nearest(&self, uv: [f64; 2], wrap: [Wrap; 2]) -> [f32; 4] {
-        self.texel(texel_of(uv[0], self.width, wrap[0]), texel_of(uv[1], self.height, wrap[1]))
-    }
-}
-
-/// Alpha of a texture's base level, 0 to 1: bilinear, or of the nearest texel where the texture is not smooth.
-pub(crate) fn alpha_at(texture: &Texture, uv: [f64; 2]) -> f32 {
-    let image = &*texture.image;
-    let alpha = |x: u32, y: u32| image.texels[y as usize * image.width as usize + x as usize][3] as f32 / 255.0;
-    if !texture.smooth {
-        let x = texel_of(uv[0], image.width, texture.wrap[0]);
-        return alpha(x, texel_of(uv[1], image.height, texture.wrap[1]));
-    }
-    let (x, fx) = neighbours(uv[0], image.width, texture.wrap[0]);
-    let (y, fy) = neighbours(uv[1], image.height, texture.wrap[1]);
-    let row = |y: u32| {
-        let (a, b) = (alpha(x[0], y), alpha(x[1], y));
-        a + (b - a) * fx
-    };
-    let (top, bottom) = (row(y[0]), row(y[1]));
-    top + (bottom - top) * fy
-}
-
-fn mix(a: [f32; 4], b: [f32; 4], t: f32) -> [f32; 4] {
-    std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t)
 }
 
 /// The source texels under texel `i` of `n`, and their shares: two or three of them, the rest with share 0.
-fn spread(i: u32, n: u32, source: u32) -> [(u32, f64); 3] {
+fn spread(i: u32, n: u32, source: u32) -> [(u32, f32); 3] {
     let scale = source as f64 / n as f64;
     let (from, to) = (i as f64 * scale, (i + 1) as f64 * scale);
     let first = from as u32;
     std::array::from_fn(|k| {
         let at = first + k as u32;
         let covered = ((at + 1) as f64).min(to) - (at as f64).max(from);
-        (at.min(source - 1), covered.max(0.0) / scale)
+        (at.min(source - 1), (covered.max(0.0) / scale) as f32)
     })
 }
 
@@ -201,9 +221,9 @@ fn floor(x: f64) -> f64 {
     if x < i as f64 { i as f64 - 1.0 } else { i as f64 }
 }
 
-/// The two texels between whose centres a coordinate lies, and how far it is from the first towards the second.
+/// The two texels between whose centres a wrapped coordinate lies, and how far it is from the first towards the second.
 fn neighbours(u: f64, n: u32, wrap: Wrap) -> ([u32; 2], f32) {
-    let x = wrapped(u, wrap) * n as f64 + 0.5;
+    let x = u * n as f64 + 0.5;
     // x ≥ 0.5: truncation rounds down. Texel `i − 1` has its centre at i.
     let i = x as u32;
     let part = (x - i as f64) as f32;
@@ -214,9 +234,9 @@ fn neighbours(u: f64, n: u32, wrap: Wrap) -> ([u32; 2], f32) {
     ([if i == 0 { low } else { i - 1 }, if i >= n { high } else { i }], part)
 }
 
-fn texel_of(u: f64, n: u32, wrap: Wrap) -> u32 {
-    let i = (wrapped(u, wrap) * n as f64) as u32;
-    i.min(n - 1)
+/// The texel in which a wrapped coordinate lies.
+fn texel_of(u: f64, n: u32) -> u32 {
+    ((u * n as f64) as u32).min(n - 1)
 }
 
 /// Base-2 logarithm of a positive number, error below 1e-4: by exponent and a polynomial in the mantissa, so that it is
@@ -259,7 +279,7 @@ mod tests {
             assert_eq!((last.width, last.height), (1, 1));
             for k in 0..4 {
                 let mean = img.texels.iter().map(|t| t[k] as f64 / 255.0).sum::<f64>() / (w * h) as f64;
-                assert!((last.texels[0][k] as f64 / 65535.0 - mean).abs() < 1e-3, "{w}×{h}: {k}");
+                assert!((last.texels[0][k] as f64 / 255.0 - mean).abs() < 0.012, "{w}×{h}: {k}");
             }
         }
     }
@@ -268,8 +288,8 @@ mod tests {
     fn holes_do_not_bleed() {
         let img = image(2, 2, |i| if i == 0 { [255, 0, 0, 255] } else { [0, 255, 255, 0] });
         let mips = Mips::new(&img, Role::CutoutColor);
-        let c = mips.sample([0.5, 0.5], 2.0, [Wrap::Repeat; 2], true);
-        assert!((c[0] - 1.0).abs() < 1e-3 && c[1] == 0.0 && (c[3] - 0.25).abs() < 1e-3, "{c:?}");
+        let c = mips.sample([0.5, 0.5], 4.0, [Wrap::Repeat; 2], true);
+        assert!((c[0] - 1.0).abs() < 1e-3 && c[1] == 0.0 && (c[3] - 0.25).abs() < 3e-3, "{c:?}");
         let c = mips.sample([0.45, 0.45], 0.5, [Wrap::Repeat; 2], true);
         assert!((c[0] - 1.0).abs() < 1e-3 && c[1] == 0.0, "{c:?}");
     }

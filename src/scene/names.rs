@@ -86,3 +86,47 @@ fn rename(objects: &mut [Object], mut name: impl FnMut(&Object) -> String) {
         o.name = name(o);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Mesh, Part};
+
+    fn object(name: &str, x: f32, shift: f32) -> Object {
+        let mesh = Mesh { positions: vec![[shift; 3]; 3].into(), triangles: vec![[0, 1, 2]].into(), ..Mesh::default() };
+        let part = Part { mesh: Arc::new(mesh), material: Arc::default() };
+        Object { name: name.into(), transform: Mat4::from_translation(glam::vec3(x, 0.0, 0.0)), parts: vec![part] }
+    }
+
+    fn names(objects: Vec<Object>) -> Vec<String> {
+        assemble(objects).objects.into_iter().map(|o| o.name).collect()
+    }
+
+    #[test]
+    fn lone_names_stay_and_order_does_not_matter() {
+        assert_eq!(names(vec![object("b", 0.0, 0.0), object("a", 0.0, 0.0)]), ["a", "b"]);
+    }
+
+    #[test]
+    fn namesakes_are_told_apart_by_what_they_show_then_by_place() {
+        let different = names(vec![object("a", 0.0, 1.0), object("a", 5.0, 2.0)]);
+        assert!(different.iter().all(|n| n.starts_with("a#") && !n.contains('@')));
+        // Moving one changes no name.
+        assert_eq!(different, names(vec![object("a", 9.0, 1.0), object("a", 5.0, 2.0)]));
+        let instances = names(vec![object("a", 0.0, 1.0), object("a", 5.0, 1.0)]);
+        assert!(instances.iter().all(|n| n.contains('@')), "{instances:?}");
+        let same = names(vec![object("a", 0.0, 1.0), object("a", 0.0, 1.0)]);
+        assert!(same[0].ends_with("~1") && same[1].ends_with("~2"), "{same:?}");
+    }
+
+    #[test]
+    fn a_suffixed_name_may_already_be_taken() {
+        let two = vec![object("a", 0.0, 1.0), object("a", 5.0, 2.0)];
+        let taken = names(two.clone());
+        let mut three = two;
+        three.push(object(&taken[0], 0.0, 0.0));
+        let all = names(three);
+        assert_eq!(all.len(), 3);
+        assert!(all.is_sorted_by(|a, b| a < b), "{all:?}");
+    }
+}

@@ -114,3 +114,99 @@ fn edits(a: &str, b: &str) -> usize {
     }
     row[b.len()]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Mesh, Object, Part};
+    use glam::Mat4;
+    use proptest::prelude::*;
+    use std::sync::Arc;
+
+    fn row(names: &[&str]) -> Scene {
+        let mesh = Arc::new(Mesh {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].into(),
+            triangles: vec![[0, 1, 2]].into(),
+            ..Mesh::default()
+        });
+        let object = |(i, name): (usize, &&str)| Object {
+            name: name.to_string(),
+            transform: Mat4::from_translation(glam::vec3(10.0 * i as f32, 0.0, 0.0)),
+            parts: vec![Part { mesh: mesh.clone(), material: Arc::default() }],
+        };
+        Scene { objects: names.iter().enumerate().map(object).collect() }
+    }
+
+    fn names(scene: &Scene, selection: &Selection) -> Vec<String> {
+        select(scene, selection).unwrap().objects.into_iter().map(|o| o.name).collect()
+    }
+
+    #[test]
+    fn names_places_and_distances() {
+        let scene = row(&["Root/House.001", "Root/House.002", "Root/Tree", "Terrain"]);
+        let all = Selection::default();
+        assert_eq!(names(&scene, &all).len(), 4);
+        let houses = Selection { include: vec!["*House*".into()], ..all.clone() };
+        assert_eq!(names(&scene, &houses), ["Root/House.001", "Root/House.002"]);
+        let not = Selection { exclude: vec!["Root/*".into()], ..all.clone() };
+        assert_eq!(names(&scene, &not), ["Terrain"]);
+        let at = |x: f64| Aabb { min: DVec3::new(x, 0.0, 0.0), max: DVec3::new(x, 1.0, 1.0) };
+        assert_eq!(names(&scene, &Selection { region: Some(at(11.0)), ..all.clone() }), ["Root/House.002"]);
+        // Distances 0, 8, 18, 28 m from x = 1..2.
+        let from = Aabb { min: DVec3::X, max: DVec3::X * 2.0 };
+        let far = Selection { distance: Some((from, 8.0, 28.0)), ..all };
+        assert_eq!(names(&scene, &far), ["Root/House.002", "Root/Tree"]);
+    }
+
+    #[test]
+    fn nothing_selected_names_the_nearest() {
+        let scene = row(&["Root/House.001", "Root/House.002", "Root/Tree", "Terrain", "a", "b", "c"]);
+        let ask = |s: &str| select(&scene, &Selection { include: vec![s.into()], ..Selection::default() }).unwrap_err();
+        let text = ask("Terain").to_string();
+        assert!(
+            text.starts_with("no triangle of the scene's 7 objects is selected; the nearest names are `Terrain`, "),
+            "{text}"
+        );
+        assert_eq!(text.matches('`').count(), 10);
+        let nowhere = Aabb { min: DVec3::splat(1e6), max: DVec3::splat(2e6) };
+        let none = select(&scene, &Selection { region: Some(nowhere), ..Selection::default() }).unwrap_err();
+        assert_eq!(none.hint, "; 7 have the right name, but none the right place");
+        assert!(select(&Scene::default(), &Selection::default()).is_err());
+    }
+
+    #[test]
+    fn what_is_outside_leaves_no_trace() {
+        let scene = row(&["in", "out"]);
+        let mut moved = scene.clone();
+        moved.objects[1].transform = Mat4::from_translation(glam::Vec3::Y);
+        let selection = Selection { include: vec!["in".into()], ..Selection::default() };
+        assert_eq!(select(&scene, &selection), select(&moved, &selection));
+    }
+
+    /// Patterns by the letter of their definition.
+    fn slow(p: &[char], t: &[char]) -> bool {
+        match (p, t) {
+            ([], []) => true,
+            (['*', rest @ ..], _) => slow(rest, t) || (!t.is_empty() && slow(p, &t[1..])),
+            (['?', rest @ ..], [_, tail @ ..]) => slow(rest, tail),
+            ([a, rest @ ..], [b, tail @ ..]) => a == b && slow(rest, tail),
+            _ => false,
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn patterns(p in "[ab?*]{0,8}", t in "[ab]{0,10}") {
+            let (pc, tc): (Vec<char>, Vec<char>) = (p.chars().collect(), t.chars().collect());
+            prop_assert_eq!(matches(&p, &t), slow(&pc, &tc));
+        }
+
+        #[test]
+        fn edits_are_a_distance(a in "[abc]{0,8}", b in "[abc]{0,8}", c in "[abc]{0,8}") {
+            prop_assert_eq!(edits(&a, &a), 0);
+            prop_assert_eq!(edits(&a, &b), edits(&b, &a));
+            prop_assert!(edits(&a, &c) <= edits(&a, &b) + edits(&b, &c));
+            prop_assert!(edits(&a, &b) >= a.len().abs_diff(b.len()));
+        }
+    }
+}

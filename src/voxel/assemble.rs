@@ -4,7 +4,7 @@
 
 use super::{
     Field, VoxelMesh,
-    cover_mesh::{Quad, Sites},
+    cover_mesh::{Emitted, Quad, Sites},
 };
 use crate::math::{Stop, Stopped};
 
@@ -12,9 +12,10 @@ use crate::math::{Stop, Stopped};
 pub(super) fn assemble(
     field: &Field,
     sites: &Sites,
-    quads: &[Quad],
+    emitted: &Emitted,
     stop: &Stop,
 ) -> Result<Vec<(String, VoxelMesh)>, Stopped> {
+    let quads = &emitted.quads;
     let mut corners: Vec<[u32; 3]> = Vec::with_capacity(quads.len() * 2);
     for q in quads {
         let [a, b, c, d] = q.vertices;
@@ -23,14 +24,10 @@ pub(super) fn assemble(
     let copies = split_bow_ties(&mut corners, sites.vertex_count(), stop)?;
     stop.check()?;
 
-    // A voxel's mesh is named by the smallest voxel that faces connect it to.
+    // A mesh is named by its smallest voxel. Every face names voxels that touch, so faces need not be asked.
     let mut group: Vec<u32> = (0..sites.own_count() as u32).collect();
-    for q in quads {
-        let mut own = q.covers.into_iter().filter(|s| sites.is_own(*s));
-        let Some(first) = own.next() else { continue };
-        for other in own {
-            unite(&mut group, first, other);
-        }
+    for [a, b] in &emitted.touching {
+        unite(&mut group, *a, *b);
     }
     // Roots are smallest members, so one ascending pass flattens the forest and numbers the meshes in order.
     let mut mesh_of = vec![0; group.len()];

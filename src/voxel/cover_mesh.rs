@@ -9,7 +9,8 @@
 //!
 //! What always holds: every voxel is named by a face that touches it; an edge has at most two faces, of opposite direction;
 //! around a vertex there is one fan of faces; faces in a layer are counter-clockwise seen from the cell's centre and walls
-//! agree with them. A voxel belongs to one mesh only: meshes are what faces connect through the voxels that they name.
+//! agree with them. A voxel belongs to one mesh only: voxels that touch, if only at a corner, are in one mesh. A mesh may so have
+//! parts that share no vertex; simplification needs to see them together, for often one is within the tolerance of the other.
 //!
 //! Where an image continues in another frustum, its border voxels act as one more row or column whose vertices are moved
 //! onto the seam; both frusta so end in the same seam vertices, which are locked.
@@ -54,8 +55,8 @@ pub fn cover_meshes(slices: &Slices, fields: &[&Field], stop: &Stop) -> Result<V
     let mut meshes = Vec::new();
     for field in of.iter().flatten() {
         let sites = Sites::new(slices, &of, field)?;
-        let quads = emit(&sites, stop)?;
-        meshes.extend(super::assemble::assemble(field, &sites, &quads, stop)?);
+        let emitted = emit(&sites, stop)?;
+        meshes.extend(super::assemble::assemble(field, &sites, &emitted, stop)?);
     }
     meshes.sort_by(|a, b| a.0.cmp(&b.0));
     Ok(meshes)
@@ -232,9 +233,17 @@ impl Grid {
     }
 }
 
+/// What the operator finds.
+pub(super) struct Emitted {
+    pub quads: Vec<Quad>,
+    /// Own voxels that touch, if only at a corner.
+    pub touching: Vec<[u32; 2]>,
+}
+
 /// The quads of all phases, layer by layer.
-fn emit(sites: &Sites, stop: &Stop) -> Result<Vec<Quad>, Stopped> {
+fn emit(sites: &Sites, stop: &Stop) -> Result<Emitted, Stopped> {
     let mut quads = Vec::with_capacity(sites.own * 4);
+    let mut touching = Vec::new();
     let (mut cur, mut prev) = (Grid::new(sites.size), Grid::new(sites.size));
     let layer_range = |range: Range<usize>, layer: u16| {
         let slice = &sites.sites[range.clone()];
@@ -259,6 +268,14 @@ fn emit(sites: &Sites, stop: &Stop) -> Result<Vec<Quad>, Stopped> {
                 stop.check()?;
             }
             faces_of(sites, &cur, &prev, site, &mut quads);
+            if sites.is_own(site) {
+                let Site { x, y, .. } = sites.sites[site as usize];
+                // Every pair once: from the later voxel to the earlier.
+                let earlier = [(-1, 0), (-1, -1), (0, -1), (1, -1)].into_iter().map(|(i, j)| cur.at(x + i, y + j));
+                let nearer = (0..9).map(|k| prev.at(x + k % 3 - 1, y + k / 3 - 1));
+                let own = |other: &u32| sites.is_own(*other);
+                touching.extend(earlier.chain(nearer).flatten().filter(own).map(|other| [other, site]));
+            }
         }
     }
     let mut named = vec![false; sites.own];
@@ -272,7 +289,7 @@ fn emit(sites: &Sites, stop: &Stop) -> Result<Vec<Quad>, Stopped> {
     for site in (0..sites.own as u32).filter(|s| !named[*s as usize]) {
         quads.push(self_face(site));
     }
-    Ok(quads)
+    Ok(Emitted { quads, touching })
 }
 
 fn self_face(site: u32) -> Quad {

@@ -4,7 +4,7 @@ use super::{
     cover::{Cover, MOST_FACES},
     topology::{Topology, next, prev},
 };
-use crate::voxel::touch::{Point, front_area, normal};
+use crate::voxel::touch::{Point, normal};
 
 /// The mesh while it is simplified.
 pub struct Surface {
@@ -14,6 +14,8 @@ pub struct Surface {
     pub points: Vec<Point>,
     /// Vertices on seams stay.
     pub locked: Vec<bool>,
+    /// The mesh's vertex that each is, or is a copy of.
+    pub origin: Vec<u32>,
     pub scratch: Scratch,
 }
 
@@ -27,6 +29,9 @@ pub struct Scratch {
     /// Vertices next to `a`, marked by the number of the attempt.
     marks: Vec<u32>,
     attempt: u32,
+    ring_a: Vec<u32>,
+    ring_b: Vec<u32>,
+    link: Link,
 }
 
 impl Surface {
@@ -54,6 +59,16 @@ impl Surface {
         if done {
             self.cover.replace(s.star.iter().map(|c| c / 3), &s.slots);
             self.topology.contract(&s.star, b);
+            if let Link::Closes(x) | Link::Pinches(x) = s.link {
+                let copies = self.topology.mend(b, x);
+                for (original, copy) in [b, x].into_iter().zip(copies) {
+                    if copy.is_some() {
+                        self.points.push(self.points[original as usize]);
+                        self.locked.push(self.locked[original as usize]);
+                        self.origin.push(self.origin[original as usize]);
+                    }
+                }
+            }
         }
         self.scratch = s;
         done
@@ -91,11 +106,17 @@ impl Surface {
             s.new.push(new);
             s.slots.push(c / 3);
         }
-        if !self.stays_manifold(b, boundary, s) {
+        s.link = self.links(a, b, vanish, s);
+        if s.link == Link::Forbidden {
             return false;
         }
         self.cover.collect(s.star.iter().map(|c| c / 3));
-        if let Some(end) = other_end
+        if let Link::Closes(x) = s.link {
+            let corners = [a, b, x].map(|v| self.points[v as usize]);
+            if !self.cover.holds_face(corners) {
+                return false;
+            }
+        } else if let Some(end) = other_end
             && !self.cover.holds_edge(self.points[end as usize], self.points[b as usize])
         {
             return false;
@@ -103,42 +124,132 @@ impl Surface {
         self.cover.keeps(&s.new)
     }
 
-    /// The link condition: the ends of the edge share no neighbours but those in the faces that vanish.
-    fn stays_manifold(&self, b: u32, boundary: bool, s: &mut Scratch) -> bool {
+    /// Whether `a` can move onto `b` so that what is left is a manifold.
+    ///
+    /// Plainly it can where the ends of the edge share no neighbours but those in the faces that vanish (the link condition).
+    /// With one more shared neighbour x the contraction closes a triangular hole or pinches a handle: [`Topology::mend`]
+    /// resolves both, provided that every fan that closes keeps three faces.
+    fn links(&self, a: u32, b: u32, vanish: usize, s: &mut Scratch) -> Link {
         let topology = &self.topology;
+        topology.star(b, &mut s.other);
+        if s.star.len() == 1 && s.other.len() == 1 {
+            return Link::Forbidden;
+        }
         s.marks.resize(self.points.len(), 0);
         s.attempt += 1;
-        for &c in &s.star {
-            s.marks[topology.at(next(c)) as usize] = s.attempt;
-            s.marks[topology.at(prev(c)) as usize] = s.attempt;
+        topology.ring(a, &s.star, &mut s.ring_a);
+        topology.ring(b, &s.other, &mut s.ring_b);
+        for &v in &s.ring_a {
+            s.marks[v as usize] = s.attempt;
         }
-        topology.star(b, &mut s.other);
-        let mut shared = 0;
-        for &c in &s.other {
-            shared += u32::from(s.marks[topology.at(next(c)) as usize] == s.attempt);
+        let shared = s.ring_b.iter().filter(|v| s.marks[**v as usize] == s.attempt).count();
+        if shared == vanish {
+            return Link::Plain;
         }
-        if topology.is_boundary(b)
-            && let Some(&last) = s.other.last()
-        {
-            shared += u32::from(s.marks[topology.at(prev(last)) as usize] == s.attempt);
+        if shared != vanish + 1 {
+            return Link::Forbidden;
         }
-        // A boundary edge's only face must not be all there is.
-        shared == if boundary { 1 } else { 2 } && !(s.star.len() == 1 && s.other.len() == 1)
+        let opposite = |v: u32| {
+            s.star.iter().any(|c| {
+                let (n, p) = (topology.at(next(*c)), topology.at(prev(*c)));
+                (n == b && p == v) || (p == b && n == v)
+            })
+        };
+        let extra = s.ring_b.iter().find(|v| s.marks[**v as usize] == s.attempt && !opposite(**v));
+        let Some(&x) = extra else { return Link::Forbidden };
+        // The ring of `b` afterwards: in place of `a` stand the neighbours of `a` between those in the vanishing faces.
+        let m = s.ring_a.len();
+        let Some(at) = s.ring_a.iter().position(|v| *v == b) else { return Link::Forbidden };
+        let Some(place) = s.ring_b.iter().position(|v| *v == a) else { return Link::Forbidden };
+        let chain: Vec<u32> = (1..m).map(|k| s.ring_a[(at + k) % m]).collect();
+        let inner = match (vanish, at) {
+            (2, _) => &chain[1..m - 2],
+            (_, 0) => &chain[1..],
+            _ => &chain[..m - 2],
+        };
+        let merged: Vec<u32> =
+            s.ring_b[..place].iter().chain(inner).chain(&s.ring_b[place + 1..]).copied().collect();
+        let first = merged.iter().position(|v| *v == x);
+        let last = merged.iter().rposition(|v| *v == x);
+        let (Some(i), Some(j)) = (first, last) else { return Link::Forbidden };
+        let seam = apart(i, j, merged.len(), topology.is_boundary(b));
+        let mut star = Vec::new();
+        let mut ring = Vec::new();
+        topology.star(x, &mut star);
+        topology.ring(x, &star, &mut ring);
+        let first = ring.iter().position(|v| *v == a || *v == b);
+        let last = ring.iter().rposition(|v| *v == a || *v == b);
+        let (Some(i), Some(j)) = (first, last) else { return Link::Forbidden };
+        match (seam, apart(i, j, ring.len(), topology.is_boundary(x))) {
+            // An edge on a seam between frusta must stay on the boundary.
+            (Seam::Closes, Seam::Closes) if !(self.locked[b as usize] && self.locked[x as usize]) => Link::Closes(x),
+            (Seam::Splits, Seam::Splits) => Link::Pinches(x),
+            _ => Link::Forbidden,
+        }
     }
 }
 
-/// Whether a face stays on its side: as the cell's centre sees it, nothing folds over. A wall, which the centre sees
-/// edge-on, has no side there; its normal turns by at most 80°.
+/// What a contraction does to the manifold.
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+enum Link {
+    #[default]
+    Forbidden,
+    Plain,
+    /// Closes the triangular hole between the edge and this vertex.
+    Closes(u32),
+    /// Pinches the handle around the edge and this vertex.
+    Pinches(u32),
+}
+
+/// What becomes of a fan in whose ring the same neighbour stands at places i < j.
+#[derive(PartialEq, Eq)]
+enum Seam {
+    /// A fan would have fewer than three faces, or an edge three.
+    Bad,
+    Closes,
+    Splits,
+}
+
+fn apart(i: usize, j: usize, ring: usize, open: bool) -> Seam {
+    if open && (i == 0 || j == ring - 1) {
+        return if i == 0 && j == ring - 1 && ring > 3 { Seam::Closes } else { Seam::Bad };
+    }
+    let rest = ring - (j - i);
+    if j - i >= 3 && (open || rest >= 3) { Seam::Splits } else { Seam::Bad }
+}
+
+/// How a face with this normal looks from the cell. Layers move by at most a pixel each against one another while the
+/// viewer crosses the cell, so over all of it the third component of the normal changes by at most |x| + |y|.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// From everywhere its front is seen.
+    Front,
+    /// Seen edge-on from somewhere in the cell: walls and other steep faces.
+    Steep,
+    /// From everywhere its back is seen: the surface has folded over.
+    Back,
+}
+
+pub fn look(n: Point) -> Look {
+    let turn = n[0].abs() + n[1].abs();
+    if n[2] < -turn {
+        Look::Front
+    } else if n[2] > turn {
+        Look::Back
+    } else {
+        Look::Steep
+    }
+}
+
+/// Whether a face stays on its side: nothing folds over. A steep face has no side that counts for the whole cell; its
+/// normal turns by at most 80° at once.
 pub fn keeps_side(old: [Point; 3], new: [Point; 3]) -> bool {
-    let [before, after] = [old, new].map(|[a, b, c]| front_area(a, b, c));
-    if after < 0.0 {
-        return false;
-    }
-    if before > 0.0 && after > 0.0 {
-        return true;
-    }
     let [m, n] = [old, new].map(|[a, b, c]| normal(a, b, c));
-    within_80_degrees(m, n)
+    match (look(m), look(n)) {
+        (_, Look::Back) => false,
+        (Look::Front, Look::Front) => true,
+        _ => within_80_degrees(m, n),
+    }
 }
 
 /// Whether two vectors, neither zero, enclose at most 80°.

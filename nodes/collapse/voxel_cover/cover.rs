@@ -78,6 +78,75 @@ impl Cover {
         cover_unit(&mut self.intervals)
     }
 
+    /// Whether the collected voxels' boxes hold a whole face: tried along lines from its first corner, half a voxel apart
+    /// at their ends.
+    pub fn holds_face(&mut self, [a, b, c]: [Point; 3]) -> bool {
+        let length = (0..3).map(|i| (c[i] - b[i]) * (c[i] - b[i])).sum::<f64>().sqrt();
+        let steps = (length / 2.0).ceil().max(1.0);
+        (0..=steps as u32).all(|k| {
+            let t = f64::from(k) / steps;
+            self.holds_edge(a, std::array::from_fn(|i| b[i] + (c[i] - b[i]) * t))
+        })
+    }
+
+    /// The face loses its list.
+    pub fn clear(&mut self, face: u32) {
+        let (start, len) = std::mem::take(&mut self.lists[face as usize]);
+        for v in &self.arena[start as usize..(start + len) as usize] {
+            self.count[*v as usize] -= 1;
+        }
+    }
+
+    /// Adds voxels to lists: (face, voxel), sorted, no two equal.
+    pub fn extend(&mut self, gains: &[(u32, u32)]) {
+        for group in gains.chunk_by(|a, b| a.0 == b.0) {
+            let face = group[0].0;
+            let (start, len) = self.lists[face as usize];
+            let list = start as usize..(start + len) as usize;
+            let at = self.arena.len();
+            self.arena.extend_from_within(list.clone());
+            for (_, v) in group {
+                if !self.arena[list.clone()].contains(v) {
+                    self.arena.push(*v);
+                    self.count[*v as usize] += 1;
+                }
+            }
+            self.lists[face as usize] = (at as u32, (self.arena.len() - at) as u32);
+        }
+    }
+
+    pub fn touches(&self, corners: [Point; 3], voxel: u32) -> bool {
+        Toucher::new(corners, self.half).touches(&self.centres[voxel as usize])
+    }
+
+    /// For every voxel the faces that name it.
+    pub fn faces_by_voxel(&self) -> Naming {
+        let mut start = vec![0u32; self.centres.len() + 1];
+        for (v, count) in self.count.iter().enumerate() {
+            start[v + 1] = start[v] + count;
+        }
+        let mut at = start.clone();
+        let mut faces = vec![0; start[self.centres.len()] as usize];
+        for face in 0..self.lists.len() as u32 {
+            for v in self.list(face) {
+                faces[at[*v as usize] as usize] = face;
+                at[*v as usize] += 1;
+            }
+        }
+        Naming { start, faces }
+    }
+
+    /// A new face among those that stay: it covers what it touches of the collected voxels.
+    pub fn add(&mut self, slot: u32, corners: [Point; 3]) {
+        let toucher = Toucher::new(corners, self.half);
+        let start = self.arena.len();
+        self.arena.extend(self.voxels.iter().filter(|v| toucher.touches(&self.centres[**v as usize])));
+        for v in &self.arena[start..] {
+            self.count[*v as usize] += 1;
+        }
+        self.lists[slot as usize] = (start as u32, (self.arena.len() - start) as u32);
+    }
+
     /// Whether every collected voxel is touched by one of the new faces, or by a face that stays (figure 12).
     pub fn keeps(&mut self, new: &[[Point; 3]]) -> bool {
         self.touchers.clear();
@@ -141,5 +210,17 @@ impl Cover {
             *start = at as u32;
         }
         self.arena = arena;
+    }
+}
+
+/// For every voxel the faces that name it.
+pub struct Naming {
+    start: Vec<u32>,
+    faces: Vec<u32>,
+}
+
+impl Naming {
+    pub fn of(&self, voxel: u32) -> &[u32] {
+        &self.faces[self.start[voxel as usize] as usize..self.start[voxel as usize + 1] as usize]
     }
 }

@@ -4,8 +4,10 @@
 //! names it, within its box enlarged by `factor`; every boundary edge lies inside such boxes; no face turns its back to
 //! the cell's centre; an edge has at most two faces; locked vertices stay where they are.
 
+mod close;
 mod contract;
 mod cover;
+mod drop;
 mod queue;
 mod remove;
 mod topology;
@@ -33,11 +35,18 @@ pub fn simplify(mesh: &VoxelMesh, factor: f64, stop: &Stop) -> Result<VoxelMesh,
         ),
         points: mesh.vertices.iter().map(|v| touch::point(*v)).collect(),
         locked: mesh.flags.iter().map(|f| f & 1 == 1).collect(),
+        origin: (0..mesh.vertices.len() as u32).collect(),
         scratch: Default::default(),
     };
+    surface.drop_parts(&mesh.voxels, stop)?;
     while pass(&mut surface, stop)? > 0 {}
     let all = Triangulations::new();
-    while sweep(&mut surface, &all, stop)? > 0 {
+    loop {
+        let closed = surface.close_holes(&all, stop)?;
+        let gone = sweep(&mut surface, &all, stop)?;
+        if closed + gone == 0 {
+            break;
+        }
         while pass(&mut surface, stop)? > 0 {}
     }
     Ok(gather(&surface, mesh, factor))
@@ -75,6 +84,7 @@ fn pass(surface: &mut Surface, stop: &Stop) -> Result<usize, Stopped> {
             continue;
         };
         time += 1;
+        queued.resize(surface.points.len(), 0);
         queued[kept as usize] = time;
         surface.topology.star(kept, &mut star);
         ring.clear();
@@ -104,7 +114,7 @@ fn sweep(surface: &mut Surface, all: &Triangulations, stop: &Stop) -> Result<usi
 /// The living faces as a mesh of their own.
 fn gather(surface: &Surface, mesh: &VoxelMesh, factor: f64) -> VoxelMesh {
     let topology = &surface.topology;
-    let mut number = vec![u32::MAX; mesh.vertices.len()];
+    let mut number = vec![u32::MAX; surface.points.len()];
     let (mut vertices, mut flags, mut faces) = (Vec::new(), Vec::new(), Vec::new());
     let (mut cover_start, mut cover) = (vec![0], Vec::new());
     for face in (0..mesh.faces.len() as u32).filter(|f| topology.is_live(*f)) {
@@ -112,8 +122,9 @@ fn gather(surface: &Surface, mesh: &VoxelMesh, factor: f64) -> VoxelMesh {
             let slot = &mut number[v as usize];
             if *slot == u32::MAX {
                 *slot = vertices.len() as u32;
-                vertices.push(mesh.vertices[v as usize]);
-                flags.push(mesh.flags[v as usize]);
+                let original = surface.origin[v as usize] as usize;
+                vertices.push(mesh.vertices[original]);
+                flags.push(mesh.flags[original]);
             }
             *slot
         }));

@@ -4,16 +4,16 @@
 //! does not. Holes of up to [`MOST_SIDES`] sides are tried in full, those with the shortest diagonals first.
 
 use super::{
-    contract::{Surface, within_80_degrees},
+    contract::{Look, Surface, look, within_80_degrees},
     topology::{NONE, next, prev},
 };
-use crate::voxel::touch::{Point, front_area, normal};
+use crate::voxel::touch::{Point, normal};
 
 /// The largest hole whose triangulations are all tried: 8 sides have 132.
-const MOST_SIDES: usize = 8;
+pub const MOST_SIDES: usize = 8;
 
 /// All triangulations of polygons with up to [`MOST_SIDES`] sides, by number of sides; corners ascending.
-pub struct Triangulations(Vec<Vec<Vec<[u8; 3]>>>);
+pub struct Triangulations(pub Vec<Vec<Vec<[u8; 3]>>>);
 
 impl Triangulations {
     pub fn new() -> Self {
@@ -82,7 +82,7 @@ impl Surface {
             .collect();
         order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
 
-        let walls = self.wall_normal(&star);
+        let steep = self.steep_normal(&star);
         let needed = self.cover.needed();
         let mut known = vec![Known::Nothing; n * n * n];
         let mut union = vec![0u64; needed.len().div_ceil(64)];
@@ -95,7 +95,7 @@ impl Surface {
                     let corners = [points[i], points[j], points[k]];
                     let closes = (i, k) == (0, n - 1);
                     let free = |p: usize, q: usize| q == p + 1 || !self.are_neighbours(ring[p], ring[q]);
-                    let ok = faces_front(corners, walls) && free(i, j) && free(j, k) && (closes || free(i, k));
+                    let ok = agrees(corners, steep) && free(i, j) && free(j, k) && (closes || free(i, k));
                     *slot = if ok { Known::Touches(self.cover.touched(corners, &needed)) } else { Known::Forbidden };
                 }
                 match slot {
@@ -117,7 +117,7 @@ impl Surface {
         true
     }
 
-    fn are_neighbours(&self, a: u32, b: u32) -> bool {
+    pub fn are_neighbours(&self, a: u32, b: u32) -> bool {
         let topology = &self.topology;
         let first = topology.corner[a as usize];
         let mut c = first;
@@ -132,13 +132,13 @@ impl Surface {
         }
     }
 
-    /// Sum of the normals of those faces that the centre sees edge-on; zero if there are none.
-    fn wall_normal(&self, star: &[u32]) -> Point {
+    /// Sum of the normals of the steep faces; zero if there are none.
+    fn steep_normal(&self, star: &[u32]) -> Point {
         let mut sum = [0.0; 3];
         for c in star {
             let [a, b, c] = self.triangle(c / 3);
-            if front_area(a, b, c) == 0.0 {
-                let n = normal(a, b, c);
+            let n = normal(a, b, c);
+            if look(n) == Look::Steep {
                 (0..3).for_each(|i| sum[i] += n[i]);
             }
         }
@@ -146,8 +146,12 @@ impl Surface {
     }
 }
 
-/// A new face must show its front to the centre, or else, edge-on, agree with the walls that it replaces.
-fn faces_front([a, b, c]: [Point; 3], walls: Point) -> bool {
-    let area = front_area(a, b, c);
-    area > 0.0 || (area == 0.0 && within_80_degrees(walls, normal(a, b, c)))
+/// A new face must show its front to the cell or else, if it is steep, agree with those that it replaces.
+pub fn agrees([a, b, c]: [Point; 3], steep: Point) -> bool {
+    let n = normal(a, b, c);
+    match look(n) {
+        Look::Front => true,
+        Look::Steep => within_80_degrees(steep, n),
+        Look::Back => false,
+    }
 }

@@ -112,6 +112,50 @@ impl Topology {
         }
     }
 
+    /// The vertex's neighbours in order of its fan; on the boundary one more than it has faces.
+    pub fn ring(&self, v: u32, star: &[u32], into: &mut Vec<u32>) {
+        into.clear();
+        into.extend(star.iter().map(|c| self.at(next(*c))));
+        if let Some(last) = star.last().filter(|_| self.is_boundary(v)) {
+            into.push(self.at(prev(*last)));
+        }
+    }
+
+    /// Resolves two edges between the same vertices `b` and `x`, as a contraction leaves them where it closed a triangular
+    /// hole (both on the boundary: they become one) or pinched a handle (their faces change partners, so that the
+    /// handle comes apart). A vertex whose faces then make two fans is split; returns the copies of `b` and `x`.
+    pub fn mend(&mut self, b: u32, x: u32) -> [Option<u32>; 2] {
+        let (mut star_b, mut star_x) = (Vec::new(), Vec::new());
+        self.star(b, &mut star_b);
+        self.star(x, &mut star_x);
+        let leaving: Vec<u32> = star_b.iter().filter(|c| self.at(next(**c)) == x).map(|c| prev(*c)).collect();
+        let coming: Vec<u32> = star_b.iter().filter(|c| self.at(prev(**c)) == x).map(|c| next(*c)).collect();
+        let pairs: Vec<(u32, u32)> = leaving
+            .iter()
+            .filter_map(|l| coming.iter().find(|c| self.opposite[*l as usize] != **c).map(|c| (*l, *c)))
+            .collect();
+        for (l, c) in pairs {
+            self.opposite[l as usize] = c;
+            self.opposite[c as usize] = l;
+        }
+        [self.split(b, &star_b), self.split(x, &star_x)]
+    }
+
+    /// Gives those of a vertex's former corners that its fan no longer reaches to a new vertex.
+    fn split(&mut self, v: u32, former: &[u32]) -> Option<u32> {
+        let mut fan = Vec::new();
+        self.star(v, &mut fan);
+        let mut apart = former.iter().filter(|c| !fan.contains(c)).copied().peekable();
+        let first = *apart.peek()?;
+        let copy = self.corner.len() as u32;
+        for c in apart {
+            self.vertex[c as usize] = copy;
+        }
+        self.corner.push(first);
+        self.rewind(copy);
+        Some(copy)
+    }
+
     /// Moves the vertex's corner to the first of its fan.
     fn rewind(&mut self, v: u32) {
         let first = self.corner[v as usize];
@@ -189,6 +233,49 @@ impl Topology {
         gone
     }
 
+    /// The boundary loop through boundary vertex `v` (v first), if it has at most `most` edges; runs as its faces see it.
+    pub fn boundary_loop(&self, v: u32, most: usize, into: &mut Vec<u32>) -> bool {
+        into.clear();
+        let mut at = v;
+        while into.len() < most {
+            into.push(at);
+            at = self.at(next(self.corner[at as usize]));
+            if at == v {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Fills (part of) a hole: `faces` go into dead slots; each edge of theirs lies on the boundary or between two of them.
+    pub fn fill(&mut self, slots: &[u32], faces: &[[u32; 3]]) {
+        for (face, slot) in faces.iter().zip(slots) {
+            for i in 0..3 {
+                self.vertex[3 * *slot as usize + i] = face[i];
+            }
+        }
+        let rim: Vec<([u32; 2], u32)> = faces
+            .iter()
+            .flatten()
+            .map(|v| {
+                let c = self.corner[*v as usize];
+                // The first corner of a fan has no face across its edge to the next vertex.
+                ([self.at(next(c)), *v], prev(c))
+            })
+            .collect();
+        self.link(faces, slots.iter().copied(), &rim);
+    }
+
+    /// Removes one face of a part that goes as a whole.
+    pub fn remove_face(&mut self, face: u32) {
+        for c in 3 * face..3 * face + 3 {
+            let v = self.vertex[c as usize];
+            self.corner[v as usize] = NONE;
+            self.vertex[c as usize] = NONE;
+            self.opposite[c as usize] = NONE;
+        }
+    }
+
     /// Replaces the faces of a whole star by `faces` (fewer, over the same ring), in the slots of the first of them.
     pub fn refill(&mut self, star: &[u32], faces: &[[u32; 3]]) {
         let a = self.at(star[0]);
@@ -200,13 +287,19 @@ impl Topology {
             self.opposite[c as usize] = NONE;
         }
         self.corner[a as usize] = NONE;
-        let mut edges: Vec<([u32; 2], u32)> = Vec::with_capacity(faces.len() * 3);
         for (face, c) in faces.iter().zip(star) {
-            let base = 3 * (c / 3);
             for i in 0..3 {
-                self.vertex[(base + i) as usize] = face[i as usize];
-                edges.push(([face[(i as usize + 1) % 3], face[(i as usize + 2) % 3]], base + i));
+                self.vertex[3 * (c / 3) as usize + i] = face[i];
             }
+        }
+        self.link(faces, star.iter().map(|c| c / 3), &rim);
+    }
+
+    /// Joins new faces to each other and, along `rim` (directed as the new faces see it), to the corners beyond.
+    fn link(&mut self, faces: &[[u32; 3]], slots: impl Iterator<Item = u32>, rim: &[([u32; 2], u32)]) {
+        let mut edges: Vec<([u32; 2], u32)> = Vec::with_capacity(faces.len() * 3);
+        for (face, slot) in faces.iter().zip(slots) {
+            edges.extend((0..3).map(|i| ([face[(i + 1) % 3], face[(i + 2) % 3]], 3 * slot + i as u32)));
         }
         for (edge, c) in &edges {
             let inside = edges.iter().find(|(e, _)| *e == [edge[1], edge[0]]).map(|(_, d)| *d);
@@ -219,10 +312,8 @@ impl Topology {
         for (edge, c) in &edges {
             self.corner[edge[0] as usize] = next(*c);
         }
-        for face in faces {
-            for v in face {
-                self.rewind(*v);
-            }
+        for v in faces.iter().flatten() {
+            self.rewind(*v);
         }
     }
 }

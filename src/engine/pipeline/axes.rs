@@ -77,7 +77,8 @@ fn node(links: &Links, at: usize, known: &[Option<NodeAxes>], problems: &mut Vec
                 let message = format!("`per` leaves port `{}` nothing to gather", spec.name);
                 problems.push(Problem::at(input.place, message, "all of its axes are in `per`"));
             }
-            if input.via.is_some() && rest.len() > 1 {
+            let related = |via: Output| rest.iter().any(|axis| axis.0 == via.0);
+            if rest.len() > 1 && input.via.is_some_and(|via| !related(via)) {
                 let message = format!("`via` picks along one axis, port `{}` gathers {}", spec.name, rest.len());
                 let names: Vec<String> = rest.iter().map(|a| links.output_name(*a)).collect();
                 let help = format!("name all but one of {} in `per`", suggest::list(names.iter().map(String::as_str)));
@@ -102,9 +103,11 @@ fn node(links: &Links, at: usize, known: &[Option<NodeAxes>], problems: &mut Vec
         }
     }
     groups.sort_by_key(|g| g.1);
+    let sound = problems.len() == before;
+    // What is wrong with the way the inputs meet leaves the axes as they are.
     crossing(links, at, &groups, problems);
     relations(links, at, &mapped, known, problems);
-    (problems.len() == before).then_some(NodeAxes { mapped, inputs, gathered })
+    sound.then_some(NodeAxes { mapped, inputs, gathered })
 }
 
 fn no_list(links: &Links, port: &str, from: Output, place: Place) -> Problem {
@@ -176,7 +179,8 @@ fn relations(links: &Links, at: usize, mapped: &[Output], known: &[Option<NodeAx
     for input in &links.nodes[at].inputs {
         let Some(via) = input.via else { continue };
         let Some(axes) = of_output(links, known, via) else { continue };
-        if mapped.len() != 1 {
+        // Where there are several lists, the one that the relation's own node made is meant.
+        if mapped.len() != 1 && !mapped.iter().any(|axis| axis.0 == via.0) {
             let message =
                 format!("`via` needs a node that is mapped over one list, this one is mapped over {}", mapped.len());
             let help = "another port must take the list whose names the relation knows";

@@ -45,6 +45,8 @@ pub struct Draft<'s> {
     pub nodes: BTreeMap<&'s str, DraftNode<'s>>,
     pub outputs: Items<'s>,
     pub files: Items<'s>,
+    /// Knobs that only overruled values refer to.
+    pub overruled: Vec<&'s str>,
     /// Per node, its requirements by path.
     pub require: BTreeMap<&'s str, (Place, Items<'s>)>,
 }
@@ -90,7 +92,7 @@ pub fn what(value: &DeValue) -> &'static str {
     match value {
         DeValue::String(_) => "text",
         DeValue::Integer(_) => "a whole number",
-        DeValue::Float(_) => "a number",
+        DeValue::Float(_) => "a decimal number",
         DeValue::Boolean(_) => "true or false",
         DeValue::Datetime(_) => "a date",
         DeValue::Array(_) => "a list",
@@ -199,16 +201,24 @@ fn nodes<'s>(draft: &mut Draft<'s>, section: Item<'s>, rank: usize, problems: &m
         let fresh = node.keys.is_empty();
         for (k, v) in table.iter().filter(|(k, _)| k.get_ref() != "kind") {
             let (key, item) = (&**k.get_ref(), self::item(source, k, v));
-            if fresh { node.keys.push((key, item)) } else { node.set(key, item) }
+            if fresh {
+                node.keys.push((key, item));
+            } else {
+                node.set(key, item);
+            }
         }
     }
 }
 
 impl<'s> DraftNode<'s> {
-    fn set(&mut self, key: &'s str, item: Item<'s>) {
+    /// Sets a key; returns what it held.
+    fn set(&mut self, key: &'s str, item: Item<'s>) -> Option<Item<'s>> {
         match self.keys.binary_search_by_key(&key, |(k, _)| k) {
-            Ok(at) => self.keys[at].1 = item,
-            Err(at) => self.keys.insert(at, (key, item)),
+            Ok(at) => Some(std::mem::replace(&mut self.keys[at].1, item)),
+            Err(at) => {
+                self.keys.insert(at, (key, item));
+                None
+            }
         }
     }
 
@@ -267,13 +277,28 @@ pub fn apply<'s>(
             [(node, place), (key, key_place)] => match draft.nodes.get_mut(node) {
                 Some(node) if key == "kind" => {
                     node.kind = Some(item(key_place));
-                    node.keys.clear();
+                    let old = std::mem::take(&mut node.keys);
+                    old.iter().for_each(|(_, item)| references(item.value, &mut draft.overruled));
                 }
-                Some(node) => node.set(key, item(key_place)),
+                Some(node) => {
+                    if let Some(old) = node.set(key, item(key_place)) {
+                        references(old.value, &mut draft.overruled);
+                    }
+                }
                 None => problems.push(no_node(node, place, "--set: ", draft.nodes.keys().copied())),
             },
             _ => {}
         }
+    }
+}
+
+/// The knobs that a value refers to.
+fn references<'s>(value: &'s DeValue<'s>, found: &mut Vec<&'s str>) {
+    match value {
+        DeValue::String(s) => found.extend(super::value::reference(s)),
+        DeValue::Array(items) => items.iter().for_each(|item| references(item.get_ref(), found)),
+        DeValue::Table(table) => table.values().for_each(|item| references(item.get_ref(), found)),
+        _ => {}
     }
 }
 

@@ -12,6 +12,7 @@ mod order;
 mod problem;
 mod publish;
 mod read;
+mod reference;
 mod source;
 mod suggest;
 mod types;
@@ -114,17 +115,17 @@ fn owners(draft: &Draft, param: &str, registry: &Registry) -> Vec<String> {
     draft.nodes.iter().filter(|(_, node)| has(node)).map(|(name, _)| (*name).to_owned()).collect()
 }
 
-fn resolve(
-    draft: &Draft,
-    sources: &Sources,
+fn resolve<'s>(
+    draft: &'s Draft<'s>,
+    sources: &'s Sources,
     stem: &str,
     path: &Path,
     everywhere: &[(&str, serde_json::Value)],
-    registry: &Registry,
+    registry: &'s Registry,
     problems: &mut Vec<Problem>,
 ) -> Option<Plan> {
     let name = name(draft, stem, problems);
-    let values = Values { sources, knobs: &draft.knobs, used: Default::default() };
+    let values = Values { sources, knobs: &draft.knobs, used: Default::default(), missed: Default::default() };
     if draft.nodes.is_empty() {
         let help =
             "a node is a table such as [nodes.load] with kind = \"load-scene\"; `farfield nodes` lists the kinds";
@@ -136,7 +137,7 @@ fn resolve(
     publish::outputs(draft, &links, problems);
     let files = publish::files(draft, &links, &known, problems);
     let bounds = publish::require(draft, &links, &values, problems);
-    knobs(draft, &links, &values, sources, problems);
+    knobs(draft, &links, &values, problems);
     if problems.is_empty() { plan(name, path, links, &order, known, files, bounds) } else { None }
 }
 
@@ -154,8 +155,9 @@ fn name(draft: &Draft, stem: &str, problems: &mut Vec<Problem>) -> String {
 }
 
 /// Knobs hold plain values, and a knob that the file itself gives is used.
-fn knobs(draft: &Draft, links: &Links, values: &Values, sources: &Sources, problems: &mut Vec<Problem>) {
-    let used = values.used.borrow();
+fn knobs(draft: &Draft, links: &Links, values: &Values, problems: &mut Vec<Problem>) {
+    let (used, missed) = (values.used.borrow(), values.missed.borrow());
+    let known = || draft.knobs.keys().copied();
     for (name, item) in &draft.knobs {
         if !valid_name(name) {
             let message = format!("`{name}` is no name for a knob");
@@ -167,9 +169,10 @@ fn knobs(draft: &Draft, links: &Links, values: &Values, sources: &Sources, probl
             let message = format!("knob `{name}` refers to another knob");
             let help = "a knob holds a plain value; nodes refer to knobs";
             problems.push(Problem::at(item.place, message, "a reference").help(help));
-        } else if !used.contains(name) && (item.key.source == 0 || sources.get(item.key).argument) {
-            // A wrong node may be the one that uses it, and is reported already.
-            if links.nodes.iter().any(|node| node.info.is_none()) {
+        } else if !used.contains(name) && !draft.overruled.contains(name) && item.key.source == 0 {
+            // What would use it may be wrong itself, and reported already.
+            let unknown = links.nodes.iter().any(|node| node.info.is_none());
+            if unknown || missed.iter().any(|m| nearest(m, known()) == Some(name)) {
                 continue;
             }
             let others = draft.knobs.keys().copied().filter(|k| used.contains(k));

@@ -70,14 +70,16 @@ impl Problems {
 
     /// A report for people, `width` columns wide.
     pub fn render(&self, theme: GraphicalTheme, width: usize) -> String {
-        let handler = GraphicalReportHandler::new_themed(theme).with_width(width).with_context_lines(1);
+        let handler =
+            GraphicalReportHandler::new_themed(theme).with_width(width).with_context_lines(1).with_wrap_lines(false);
         let mut out = String::new();
         for problem in self.list.iter().take(SHOWN) {
             let source = problem.place.map(|p| {
                 let source = self.sources.get(p);
                 NamedSource::new(&source.name, Arc::clone(&source.text)).with_language("toml")
             });
-            let shown = Shown { problem, sources: &self.sources, source };
+            // miette would break names at their hyphens, so the lines are broken here.
+            let shown = Shown { problem, sources: &self.sources, source, width: width.saturating_sub(8) };
             if handler.render_report(&mut out, &shown).is_err() {
                 out.push_str(&problem.message);
             }
@@ -95,6 +97,26 @@ struct Shown<'a> {
     problem: &'a Problem,
     sources: &'a Sources,
     source: Option<NamedSource<Arc<str>>>,
+    width: usize,
+}
+
+/// `text` in lines of at most `width` columns, broken between words.
+fn wrap(text: &str, width: usize) -> String {
+    let mut out = String::new();
+    let mut column = 0;
+    for word in text.split(' ') {
+        let length = word.chars().count();
+        if column > 0 && column + 1 + length > width {
+            out.push('\n');
+            column = 0;
+        } else if column > 0 {
+            out.push(' ');
+            column += 1;
+        }
+        out.push_str(word);
+        column += length;
+    }
+    out
 }
 
 impl fmt::Debug for Shown<'_> {
@@ -117,8 +139,8 @@ impl Diagnostic for Shown<'_> {
         let elsewhere =
             self.problem.also.iter().filter(|(p, _)| Some(p.source) != self.problem.place.map(|p| p.source));
         let mut lines: Vec<String> =
-            elsewhere.map(|(p, label)| format!("{}: {label}", self.sources.line(*p))).collect();
-        lines.extend(self.problem.help.clone());
+            elsewhere.map(|(p, label)| format!("see {}, {label}", self.sources.line(*p))).collect();
+        lines.extend(self.problem.help.as_deref().map(|help| wrap(help, self.width)));
         (!lines.is_empty()).then(|| Box::new(lines.join("\n")) as _)
     }
 

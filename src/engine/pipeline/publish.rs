@@ -54,7 +54,9 @@ pub fn files(draft: &Draft, links: &Links, known: &[Option<NodeAxes>], problems:
     let mut taken: BTreeMap<String, (Place, &str)> = BTreeMap::new();
     let mut files = Vec::new();
     for (path, item) in entries {
-        if let Err((message, help)) = check_path(path) {
+        let checked = check_path(path);
+        let sound = checked.is_ok();
+        if let Err((message, help)) = checked {
             problems.push(Problem::at(item.key, format!("[files]: {message}"), "no path for a file").help(help));
         } else {
             collide(path, item.key, &mut taken, problems);
@@ -70,6 +72,7 @@ pub fn files(draft: &Draft, links: &Links, known: &[Option<NodeAxes>], problems:
         }
         let Some(axes) = axes::of_output(links, known, from) else { continue };
         match (axes.is_empty(), path.contains("{name}")) {
+            _ if !sound => {}
             (false, false) => {
                 let message = format!("`{}` is a list of files, which need different paths", links.output_name(from));
                 let (stem, end) = path.rsplit_once('.').unwrap_or((path, ""));
@@ -219,6 +222,7 @@ fn bound<'s>(
         return Some((value, value));
     };
     let (mut min, mut max) = (None, None);
+    let mut sound = true;
     for (key, value) in table {
         let key_place = Place::new(item.place.source, key.span());
         let name = &**key.get_ref();
@@ -228,10 +232,15 @@ fn bound<'s>(
             let message = format!("[require]: the path `{path}.{name}…` needs quotes");
             let help = format!("write \"{path}.{name}\" = {{ max = … }}; {FORM}");
             problems.push(Problem::at(key_place, message, "not min or max").help(help));
-            return None;
+            sound = false;
+            continue;
         }
-        let value = values.convert(name, inner, &number, problems)?.as_f64();
+        let value = values.convert(name, inner, &number, problems).and_then(|v| v.as_f64());
+        sound &= value.is_some();
         *(if name == "min" { &mut min } else { &mut max }) = value;
+    }
+    if !sound {
+        return None;
     }
     let wrong = match (min, max) {
         (None, None) => Some("bounds nothing"),

@@ -6,6 +6,7 @@ use super::{
     suggest,
 };
 use std::{
+    io::Read,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -15,7 +16,7 @@ use toml::{
 };
 
 /// A pipeline file may be this large; spans fit in 32 bits.
-const MAX_BYTES: usize = 256 << 20;
+const MAX_BYTES: usize = 64 << 20;
 
 /// A pipeline that the program carries: its name and its text.
 pub type Stock = (&'static str, &'static str);
@@ -48,7 +49,7 @@ pub fn open(file: &str, folder: &Path, stock: &[Stock]) -> Result<(Source, PathB
         }
     }
     let fail = |what: String| Err(Problem::nowhere(format!("cannot read the pipeline file `{file}`: {what}")));
-    let bytes = match std::fs::read(&path) {
+    let bytes = match read_bytes(&path) {
         Ok(bytes) => bytes,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
             let hint = neighbour(&path).map(|n| format!("did you mean `{n}`? ")).unwrap_or_default();
@@ -58,7 +59,7 @@ pub fn open(file: &str, folder: &Path, stock: &[Stock]) -> Result<(Source, PathB
         Err(e) => return fail(e.to_string()),
     };
     if bytes.len() > MAX_BYTES {
-        return fail(format!("{} MiB, expected at most {} MiB", bytes.len() >> 20, MAX_BYTES >> 20));
+        return fail(format!("it is longer than {} MiB", MAX_BYTES >> 20));
     }
     let text = match String::from_utf8(bytes) {
         Ok(text) => text,
@@ -66,6 +67,13 @@ pub fn open(file: &str, folder: &Path, stock: &[Stock]) -> Result<(Source, PathB
     };
     let home = path.parent().map_or_else(|| folder.to_owned(), Path::to_owned);
     Ok((Source { name: file.to_owned(), text: text.into(), folder: home, argument: false }, path))
+}
+
+/// A file's bytes, but not many more than a pipeline may have.
+fn read_bytes(path: &Path) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)?.take(MAX_BYTES as u64 + 1).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// A file in the same folder whose name is near.
@@ -102,26 +110,32 @@ fn syntax(place: Place, message: &str, text: &str) -> Problem {
     let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
     let line_end = text[end..].find('\n').map_or(text.len(), |at| end + at);
     let (line, found) = (text[line_start..line_end].trim(), &text[start..end]);
-    let help = if message.contains("duplicate key") {
-        "a key stands once in a table; a table has one header".to_owned()
-    } else if let Some((key, value)) = line.split_once('=').filter(|(k, _)| !k.contains('"')) {
+    let assignment = line.split_once('=').filter(|(key, _)| !key.contains('"'));
+    let (what, label, help) = if message.contains("duplicate key") {
+        (
+            format!("`{found}` a second time"),
+            "again",
+            "a key stands once in a table, and a table has one header".to_owned(),
+        )
+    } else if let Some((key, value)) = assignment {
         let (key, value) = (key.trim(), value.split('#').next().unwrap_or_default().trim());
         if value.is_empty() {
-            format!("write a value behind `{key} =`: a number, \"text\", true or false, a [list]")
-        } else if !value.starts_with(['"', '\'', '[', '{']) {
-            format!("text needs quotes: {key} = \"{}\"", value.trim_matches(['"', '\'']))
+            let help = format!("write a value behind `{key} =`: a number, \"text\", true or false, a [list]");
+            (format!("`{key}` has no value"), "here", help)
+        } else if value.starts_with(|c: char| c.is_alphabetic() || "./~".contains(c)) && !value.contains(['"', '\'']) {
+            let help = format!("text needs quotes: {key} = \"{value}\"");
+            (format!("`{value}` is no value"), "text without quotes?", help)
         } else {
-            String::new()
+            (message.to_owned(), "not valid TOML", String::new())
         }
     } else if line.starts_with('[') && !line.ends_with(']') {
-        "a table's header ends with `]`".to_owned()
+        (message.to_owned(), "here", "a table's header ends with `]`".to_owned())
     } else if !line.contains('=') && !line.is_empty() && !line.starts_with('[') {
-        "a line is `key = value`, a `[header]` or a `# comment`".to_owned()
+        (message.to_owned(), "here", "a line is `key = value`, a `[header]` or a `# comment`".to_owned())
     } else {
-        String::new()
+        (message.to_owned(), "not valid TOML", String::new())
     };
-    let label = if found.trim().is_empty() { "here".to_owned() } else { "not valid TOML".to_owned() };
-    Problem::at(place, format!("TOML syntax: {message}"), label).help(help)
+    Problem::at(place, format!("TOML syntax: {what}"), label).help(help)
 }
 
 /// `[pipeline] base` of `table`, if it is text. (Its other types are reported with the rest of the section.)

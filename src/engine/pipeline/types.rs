@@ -259,7 +259,8 @@ mod tests {
         ] {
             let words = types[name].describe();
             // An enum's words come in the order of its schema, those without documentation first.
-            let same = words == expect || expect.split(" or ").rev().collect::<Vec<_>>().join(" or ") == words;
+            let same = words == expect
+                || expect.split(" or ").collect::<Vec<_>>().into_iter().rev().collect::<Vec<_>>().join(" or ") == words;
             assert!(same, "{name}: {words}");
         }
         assert!(required.contains(&"factor".to_owned()) && !required.contains(&"side".to_owned()));

@@ -20,6 +20,8 @@ pub struct Values<'s> {
     pub knobs: &'s Items<'s>,
     /// Knobs that something referred to.
     pub used: RefCell<BTreeSet<&'s str>>,
+    /// References to knobs that are not there.
+    pub missed: RefCell<BTreeSet<&'s str>>,
 }
 
 /// A value on its way, with the reference to a knob that led to it.
@@ -33,7 +35,7 @@ struct Found<'s> {
 }
 
 /// The name in exactly `{name}`.
-fn reference(text: &str) -> Option<&str> {
+pub fn reference(text: &str) -> Option<&str> {
     text.strip_prefix('{')?.strip_suffix('}').filter(|name| !name.contains(['{', '}']))
 }
 
@@ -169,6 +171,7 @@ impl<'s> Values<'s> {
         if !valid_name(name.trim()) && matches!(ty, Ty::Text) {
             return Some(found);
         }
+        self.missed.borrow_mut().insert(name);
         let message = format!("no knob `{name}`");
         self.report(found, message, "no such knob", problems, || {
             let trimmed = name.trim();
@@ -282,7 +285,12 @@ impl<'s> Values<'s> {
             (format!("`{name}` {why}, expected {wanted}"), why.trim_start_matches("is ").to_owned())
         };
         self.report(found, message, &label, problems, || match (found.value, ty) {
-            (DeValue::Float(f), Ty::Integer { .. }) => format!("write {}", f.as_str().split('.').next().unwrap_or("0")),
+            (DeValue::Integer(i), Ty::Integer { max, .. }) if integer(i).is_none_or(|v| v > *max) => {
+                format!("at most {max}")
+            }
+            (DeValue::Float(f), Ty::Integer { .. }) => {
+                format!("write it without a fraction: {name} = {}", f.as_str().split('.').next().unwrap_or("0"))
+            }
             (DeValue::String(s), Ty::Integer { .. } | Ty::Number { .. }) if s.trim().parse::<f64>().is_ok() => {
                 format!("numbers stand without quotes: {name} = {}", s.trim())
             }

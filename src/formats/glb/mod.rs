@@ -44,8 +44,8 @@ struct Stored {
 /// The scene as a GLB with all textures inside, as PNG.
 pub fn write_glb(scene: &Scene, options: &GlbOptions) -> Result<Vec<u8>, FormatError> {
     let tables = Tables::of(scene);
-    let mut root = schema::Root::default();
-    root.asset = schema::Asset { version: "2.0".into(), generator: Some("farfield".into()), ..Default::default() };
+    let asset = schema::Asset { version: "2.0".into(), generator: Some("farfield".into()), ..Default::default() };
+    let mut root = schema::Root { asset, ..Default::default() };
     let mut binary = Binary::default();
     let mut materials = Materials::new(&tables, options, &mut root, &mut binary)?;
     let mut stored: Vec<Option<Stored>> = vec![None; tables.meshes.len()];

@@ -1,16 +1,18 @@
 //! The body: rows of numbers, in text or in bytes.
 
 use super::{Element, Fault, Header, Kind, Property, header::Encoding};
+use crate::math::Stop;
 
 /// A cursor over the body.
 pub(super) struct Body<'a> {
     rest: &'a [u8],
+    stop: &'a Stop,
     encoding: Encoding,
 }
 
 impl<'a> Body<'a> {
-    pub fn new(rest: &'a [u8], header: &Header) -> Self {
-        Self { rest, encoding: header.encoding }
+    pub fn new(rest: &'a [u8], header: &Header, stop: &'a Stop) -> Self {
+        Self { rest, stop, encoding: header.encoding }
     }
 
     /// Fails where `element` cannot fit into what is left, so that its count may be trusted for allocation.
@@ -30,7 +32,7 @@ impl<'a> Body<'a> {
             return Ok(());
         }
         let what = format!("truncated: {} elements of at least {least} bytes, {have} bytes left", element.count);
-        Err((element.name.clone(), what))
+        Err(Fault::At(element.name.clone(), what))
     }
 
     /// The next number.
@@ -124,6 +126,9 @@ impl<'a> Body<'a> {
         i: u64,
         mut take: impl FnMut(usize, Value) -> Result<(), String>,
     ) -> Result<(), Fault> {
+        if i.is_multiple_of(1 << 16) {
+            self.stop.check()?;
+        }
         let mut all = || {
             for (at, property) in element.properties.iter().enumerate() {
                 match property.list {
@@ -137,7 +142,7 @@ impl<'a> Body<'a> {
             }
             Ok(())
         };
-        all().map_err(|what: String| (format!("{} {i}", element.name), what))
+        all().map_err(|what: String| Fault::At(format!("{} {i}", element.name), what))
     }
 }
 

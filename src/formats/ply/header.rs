@@ -1,6 +1,7 @@
 //! The header: byte order, elements and their properties.
 
-use super::Fault;
+/// Where, and what is wrong there.
+type Fault = (String, String);
 
 /// Types of numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

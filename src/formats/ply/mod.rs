@@ -11,6 +11,7 @@ mod header;
 use super::{FormatError, loader::Loader, mesh};
 use crate::{
     array::Bytes,
+    math::Stopped,
     scene::{Material, Mesh, Object, Part},
 };
 use body::Body;
@@ -22,10 +23,13 @@ pub(super) fn read(loader: &mut Loader, file: &Path, bytes: Bytes) -> Result<Vec
     let (header, start) = header::parse(all).map_err(|(place, what)| FormatError::invalid(file, place, what))?;
     let name = file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let mut mesh = Mesh::default();
-    let mut body = Body::new(&all[start..], &header);
+    let mut body = Body::new(&all[start..], &header, loader.stop);
     for element in &header.elements {
         loader.stop.check()?;
-        let fault = |(place, what): (String, String)| FormatError::invalid(file, place, what);
+        let fault = |f: Fault| match f {
+            Fault::At(place, what) => FormatError::invalid(file, place, what),
+            Fault::Stopped(s) => s.into(),
+        };
         // Where every element takes its least, this many could still follow.
         body.expect(element).map_err(fault)?;
         match element.name.as_str() {
@@ -59,7 +63,23 @@ fn material() -> Material {
     Material { metallic: 0.0, ..Material::default() }
 }
 
-type Fault = (String, String);
+/// What is wrong, and where; or that nobody wants to know any more.
+enum Fault {
+    At(String, String),
+    Stopped(Stopped),
+}
+
+impl From<(String, String)> for Fault {
+    fn from((place, what): (String, String)) -> Self {
+        Self::At(place, what)
+    }
+}
+
+impl From<Stopped> for Fault {
+    fn from(stopped: Stopped) -> Self {
+        Self::Stopped(stopped)
+    }
+}
 
 /// Where in a vertex each of `names` stands; `None` unless all do. Several spellings, the first found wins.
 fn columns<const N: usize>(element: &Element, spellings: &[[&str; N]]) -> Option<[usize; N]> {
@@ -71,7 +91,7 @@ fn columns<const N: usize>(element: &Element, spellings: &[[&str; N]]) -> Option
 
 fn vertices(body: &mut Body, element: &Element, mesh: &mut Mesh) -> Result<(), Fault> {
     let Some(xyz) = columns(element, &[["x", "y", "z"]]) else {
-        return Err(("header".into(), "vertices without x, y, z".into()));
+        return Err(Fault::At("header".into(), "vertices without x, y, z".into()));
     };
     let normal = columns(element, &[["nx", "ny", "nz"], ["normal_x", "normal_y", "normal_z"]]);
     let color = columns(
@@ -119,7 +139,7 @@ pub(super) fn linear(c: f32) -> f32 {
 fn faces(body: &mut Body, element: &Element) -> Result<Vec<[u32; 3]>, Fault> {
     let at = element.properties.iter().position(|p| p.list.is_some() && p.name.starts_with("vertex_ind"));
     let Some(at) = at else {
-        return Err(("header".into(), "faces without the list vertex_indices".into()));
+        return Err(Fault::At("header".into(), "faces without the list vertex_indices".into()));
     };
     let mut out = Vec::with_capacity(element.count as usize);
     let mut polygon = Vec::new();
@@ -138,7 +158,7 @@ fn faces(body: &mut Body, element: &Element) -> Result<Vec<[u32; 3]>, Fault> {
 /// Strips of triangles in one list, -1 between them.
 fn strips(body: &mut Body, element: &Element) -> Result<Vec<[u32; 3]>, Fault> {
     let at = element.properties.iter().position(|p| p.list.is_some());
-    let Some(at) = at else { return Err(("header".into(), "tristrips without a list".into())) };
+    let Some(at) = at else { return Err(Fault::At("header".into(), "tristrips without a list".into())) };
     let mut out = Vec::new();
     let mut order = Vec::new();
     for i in 0..element.count {

@@ -7,7 +7,7 @@ mod psnr;
 mod ssim;
 
 pub use flip::flip;
-pub use psnr::{PSNR_CAP_DB, psnr, psnr_within};
+pub use psnr::{PSNR_CAP_DB, decibel, psnr, psnr_within, squared_error};
 pub use ssim::{SSIM_RADIUS, ssim_map};
 
 /// The luminance of sRGB-encoded RGB, same range as its components (Chen et al. 2003, section 4.2).

@@ -4,14 +4,18 @@
 pub const PSNR_CAP_DB: f64 = 100.0;
 
 /// The ratio for a mean squared error of luminance in [0, 255]².
-fn decibel(mse: f64) -> f64 {
+pub fn decibel(mse: f64) -> f64 {
     if mse <= 0.0 { PSNR_CAP_DB } else { (10.0 * libm::log10(255.0 * 255.0 / mse)).min(PSNR_CAP_DB) }
+}
+
+/// Sum of squared differences.
+pub fn squared_error(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| f64::from(a - b) * f64::from(a - b)).sum()
 }
 
 /// PSNR over the whole picture. The planes have equal, non-zero lengths.
 pub fn psnr(a: &[f32], b: &[f32]) -> f64 {
-    let sum: f64 = a.iter().zip(b).map(|(a, b)| f64::from(a - b) * f64::from(a - b)).sum();
-    decibel(sum / a.len() as f64)
+    decibel(squared_error(a, b) / a.len() as f64)
 }
 
 /// PSNR over the pixels where `mask` is set; `None` where it is nowhere set.

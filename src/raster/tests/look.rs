@@ -104,7 +104,7 @@ fn textures_are_the_right_way_up() {
     }
     let at = |material: &Material, x: usize, y: usize| {
         let scene = one(square(), material.clone());
-        let how = Rendering { samples_per_axis: 1, ..Rendering::default() };
+        let how = Rendering::default().with_samples(1);
         let done = render(&Shader::new(&Geometry::new(&scene)), &ahead(1.0, 64, 64), &how, &Stop::default()).unwrap();
         done.picture.texels[y * 64 + x]
     };
@@ -128,7 +128,7 @@ fn distant_textures_are_averaged_in_linear_light() {
     let geometry = Geometry::new(&scene);
     let shader = Shader::new(&geometry);
     let c = shader.shade(&ahead(4.0, 16, 16), 8.3, 8.2, 0).color;
-    assert!((c[0] - 0.5).abs() < 1e-3 && c[3] == 1.0, "{c:?}");
+    assert!((c[0] - 0.5).abs() < 4e-3 && c[3] == 1.0, "{c:?}");
     // Near, single texels are seen.
     let near = ahead(0.11, 4096, 4096);
     let c = shader.shade(&near, 2048.0, 2048.0, 0).color[0];
@@ -144,7 +144,7 @@ fn pictures_average_coverage_in_linear_light() {
     let mut scene = one(square(), Material::default());
     scene.objects[0].transform = Mat4::from_translation(Vec3::new(-0.75, 0.0, 0.0));
     for samples in [4, 8] {
-        let how = Rendering { samples_per_axis: samples, background: [0.0; 3], ..Rendering::default() };
+        let how = Rendering { background: [0.0; 3], ..Rendering::default().with_samples(samples) };
         let geometry = Geometry::new(&scene);
         let view = View { width: 9, height: 9, ..ahead(4.5, 9, 9) };
         let done = render(&Shader::new(&geometry), &view, &how, &Stop::default()).unwrap();
@@ -163,7 +163,7 @@ fn any_number_of_samples() {
     let scene = scene(octahedron(3));
     let geometry = Geometry::new(&scene);
     let shader = Shader::new(&geometry);
-    let how = |samples_per_axis| Rendering { samples_per_axis, ..Rendering::default() };
+    let how = |samples_per_axis| Rendering::default().with_samples(samples_per_axis);
     let view = ahead(1.6, 71, 67);
     let mean = |samples| {
         let p = picture(&shader, &view, &how(samples), &Stop::default()).unwrap();
@@ -179,10 +179,26 @@ fn any_number_of_samples() {
 fn lit_surfaces_know_the_sun() {
     let light = Light::default();
     assert!((light.to_sun.length() - 1.0).abs() < 1e-6);
-    let surface = |normal, unlit| Surface { color: [0.5, 0.5, 0.5, 1.0], normal, emissive: [0.1, 0.0, 0.0], unlit };
+    let surface = |normal, unlit| Surface { position: glam::DVec3::ZERO, color: [0.5, 0.5, 0.5, 1.0], normal, emissive: [0.1, 0.0, 0.0], unlit };
     let lit = Shading::Lit(light);
     let (sunny, shady) = (surface(light.to_sun, false).seen(&lit), surface(-light.to_sun, false).seen(&lit));
     assert!(sunny[1] > 3.0 * shady[1] && shady[1] > 0.0);
     assert_eq!(surface(Vec3::Y, true).seen(&lit), [0.5; 3]);
     assert_eq!(surface(Vec3::Y, false).seen(&Shading::Unlit), [0.5; 3]);
+}
+
+/// Shading squares of samples together changes a smooth picture little, and its outline not at all.
+#[test]
+fn shared_shades_are_close_to_single_ones() {
+    let texels = (0..32 * 32).map(|i| if (i / 4 + i / 128) % 2 == 0 { [30, 60, 90, 255] } else { [220; 4] }).collect();
+    let mut scene = one(square(), textured(32, 32, texels));
+    scene.objects[0].transform = Mat4::from_rotation_x(-1.1) * Mat4::from_rotation_z(0.3);
+    let geometry = Geometry::new(&scene);
+    let shader = Shader::new(&geometry);
+    let draw = |how: Rendering| picture(&shader, &ahead(1.5, 96, 96), &how, &Stop::default()).unwrap();
+    let (shared, single) = (draw(Rendering::default()), draw(Rendering::default().with_samples(4)));
+    let far = |a: &[u8; 4], b: &[u8; 4]| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b) as u32).max().unwrap_or(0);
+    let differences = shared.texels.iter().zip(&single.texels).map(|(a, b)| far(a, b));
+    let (most, sum) = differences.fold((0, 0), |(m, s), d| (m.max(d), s + d));
+    assert!(most > 0 && most < 60 && sum < 2 * 96 * 96, "{most} {sum}");
 }

@@ -21,6 +21,8 @@ const PLATFORM: f32 = 9.0;
 const GAP: f32 = 9.0;
 /// Side of a block of houses.
 const BLOCK: f32 = 42.0;
+/// Side of a house; its walls touch its neighbours', as in a row of courtyard houses.
+const PLOT: f32 = 13.6;
 
 /// Height of the ground: it rises in terraces from the shore to the precinct.
 fn ground(x: f32, z: f32) -> f32 {
@@ -60,31 +62,25 @@ impl Look {
     }
 }
 
-/// A house around its origin: one or two storeys, a laid roof, a low parapet of single stones, a hatch.
-fn house(width: f32, depth: f32, height: f32, upper: bool) -> Shape {
+/// A house around its origin on a square plot: walls, a laid roof, a low parapet of single stones, a hatch.
+fn house(height: f32, hatch: f32) -> Shape {
     let mut s = Shape::default();
-    let (w, d) = (width * 0.5, depth * 0.5);
-    s.block(Vec3::new(-w, -0.9, -d), Vec3::new(w, height, d), 5);
+    let h = PLOT * 0.5;
+    s.block(Vec3::new(-h, -0.9, -h), Vec3::new(h, height, h), 5);
     let stone = |s: &mut Shape, x: f32, z: f32, along_x: bool| {
-        let (hx, hz) = if along_x { (0.42, 0.18) } else { (0.18, 0.42) };
+        let (hx, hz) = if along_x { (0.5, 0.2) } else { (0.2, 0.5) };
         s.block(Vec3::new(x - hx, height, z - hz), Vec3::new(x + hx, height + 0.35, z + hz), 1);
     };
-    let (nx, nz) = ((width / 2.3) as i32, (depth / 2.3) as i32);
-    for i in 0..nx {
-        let x = -w + 0.45 + (width - 0.9) * i as f32 / (nx - 1) as f32;
-        stone(&mut s, x, d - 0.2, true);
-        stone(&mut s, x, 0.2 - d, true);
+    let side = |i: i32, n: i32| (2.0 * i as f32 / (n - 1) as f32 - 1.0) * (h - 0.6);
+    for i in 0..4 {
+        stone(&mut s, side(i, 4), h - 0.2, true);
+        stone(&mut s, side(i, 4), 0.2 - h, true);
     }
-    for i in 1..nz - 1 {
-        let z = -d + 0.45 + (depth - 0.9) * i as f32 / (nz - 1) as f32;
-        stone(&mut s, w - 0.2, z, false);
-        stone(&mut s, 0.2 - w, z, false);
+    for i in 1..3 {
+        stone(&mut s, h - 0.2, side(i, 4), false);
+        stone(&mut s, 0.2 - h, side(i, 4), false);
     }
-    if upper {
-        s.block(Vec3::new(-w * 0.7, height, -d * 0.8), Vec3::new(w * 0.1, height + 2.6, d * 0.2), 3);
-    } else {
-        s.block(Vec3::new(0.1 * w, height, -0.6 * d), Vec3::new(0.5 * w, height + 0.8, -0.2 * d), 2);
-    }
+    s.block(Vec3::new(0.2 * h, height, -0.5 * h), Vec3::new(0.6 * h, height + hatch, -0.1 * h), 2);
     s
 }
 
@@ -150,7 +146,7 @@ pub fn city(seed: u64) -> Scene {
     let still = Mat4::IDENTITY;
 
     // The lake bed and shore: one plate of water, in which the terraces stand.
-    let lake = slab(Vec3::new(-HALF, 0.0, -HALF), Vec3::new(HALF, 0.4, HALF), 16).mesh(24.0);
+    let lake = slab(Vec3::new(-HALF, 0.0, -HALF), Vec3::new(HALF, 0.4, HALF), 8).mesh(24.0);
     objects.push(object("lake", still, &lake, &look.water));
 
     houses(&mut objects, &mut random, &look);
@@ -174,10 +170,8 @@ pub fn city(seed: u64) -> Scene {
 
 /// Blocks of houses between canals, on terraces that rise towards the precinct.
 fn houses(objects: &mut Vec<Object>, random: &mut Random, look: &Look) {
-    let sizes =
-        [(9.0, 8.0, 3.6), (11.0, 8.5, 4.2), (10.0, 10.0, 4.8), (12.5, 9.0, 3.9), (8.5, 11.0, 5.4), (11.5, 11.5, 4.5)];
     let kinds: Vec<Arc<Mesh>> =
-        sizes.iter().flat_map(|&(w, d, h)| [false, true].map(|upper| house(w, d, h, upper).mesh(6.0))).collect();
+        (0..12).map(|i| house(3.8 + 0.06 * i as f32, 0.5 + 0.1 * (i % 3) as f32).mesh(6.0)).collect();
     let blocks = ((2.0 * HALF + GAP) / (BLOCK + GAP)).floor() as i32;
     let pitch = (2.0 * HALF - BLOCK) / (blocks - 1) as f32;
     for bz in 0..blocks {
@@ -188,12 +182,12 @@ fn houses(objects: &mut Vec<Object>, random: &mut Random, look: &Look) {
             }
             let y = ground(cx, cz);
             let h = BLOCK * 0.5;
-            let plate = slab(Vec3::new(cx - h, 0.0, cz - h), Vec3::new(cx + h, y, cz + h), 8).mesh(10.0);
+            let plate = slab(Vec3::new(cx - h, 0.0, cz - h), Vec3::new(cx + h, y, cz + h), 7).mesh(10.0);
             objects.push(object(format!("block {bx}.{bz}/ground"), Mat4::IDENTITY, &plate, &look.earth));
             let garden = random.below(4);
             for slot in 0..9 {
                 let (sx, sz) = ((slot % 3) as f32 - 1.0, (slot / 3) as f32 - 1.0);
-                let (x, z) = (cx + sx * 13.8 + random.range(-0.5, 0.5), cz + sz * 13.8 + random.range(-0.5, 0.5));
+                let (x, z) = (cx + sx * PLOT, cz + sz * PLOT);
                 let (kind, tint, turn) = (random.below(kinds.len()), random.below(5), random.below(4));
                 if slot == 4 && garden == 0 {
                     let bed = slab(Vec3::new(x - 6.0, y, z - 6.0), Vec3::new(x + 6.0, y + 0.5, z + 6.0), 6).mesh(5.0);

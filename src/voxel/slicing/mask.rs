@@ -59,8 +59,8 @@ pub fn put(row: &mut [u64], x: i32, value: bool) {
 #[inline]
 pub fn for_set(row: &[u64], x0: u32, x1: u32, mut f: impl FnMut(u32)) {
     let (a, b) = (x0 as usize + 1, x1 as usize + 1);
-    for w in a / 64..=b / 64 {
-        let mut bits = row[w];
+    for (w, &word) in row.iter().enumerate().take(b / 64 + 1).skip(a / 64) {
+        let mut bits = word;
         if w == a / 64 {
             bits &= !0 << (a % 64);
         }
@@ -79,9 +79,9 @@ pub fn erode_row(above: &[u64], row: &[u64], below: &[u64], width: u32, out: &mu
     let column = |w: usize| above[w] & row[w] & below[w];
     let last = out.len() - 1;
     let (mut left, mut here) = (0, column(0));
-    for w in 0..=last {
+    for (w, out) in out.iter_mut().enumerate() {
         let right = if w < last { column(w + 1) } else { 0 };
-        out[w] = here & (here << 1 | left >> 63) & (here >> 1 | right << 63);
+        *out = here & (here << 1 | left >> 63) & (here >> 1 | right << 63);
         (left, here) = (here, right);
     }
     put(out, -1, false);

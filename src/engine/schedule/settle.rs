@@ -1,0 +1,413 @@
+//! Settling: what an answer means for its run, its node, and those who wait.
+
+use super::{Broken, Cause, Forecast, NodeState, RunId, Schedule, State, Waiter, open::tables, task};
+use crate::engine::{
+    bake::Failure,
+    error::EngineError,
+    events::Event,
+    hash::Digest,
+    key::{self, Explain, SourceKey},
+    plan::OutputRef,
+    record::{MapRecord, MapRow, NodeTrace, RunRecord, TraceOut},
+    value::{JOIN, shown},
+};
+use std::sync::Arc;
+use task::{Done, Made, TaskError};
+
+/// A value lost more often than this within one bake is a broken disk, not an accident.
+const LOSSES: u32 = 3;
+
+impl Schedule<'_> {
+    /// Takes a task's answer.
+    pub(super) fn settle(&mut self, id: RunId, done: Done) -> Result<(), EngineError> {
+        self.running -= 1;
+        self.memory_used -= std::mem::take(&mut self.run_mut(id).memory);
+        let lane = self.lanes.iter().position(|l| *l == Some(id));
+        if let Some(lane) = lane {
+            self.lanes[lane] = None;
+            let (node, element) = (self.name(id.node), self.run_mut(id).name.clone());
+            let name = || if element.is_empty() { node.to_owned() } else { format!("{node}/{}", shown(&element)) };
+            self.profile.span(lane + 1, "run", name, done.began, done.ended);
+        }
+        let seconds = done.ended.saturating_duration_since(done.began).as_secs_f64();
+        for hash in done.verified {
+            self.cache.mark_verified(hash);
+        }
+        for (hash, size, data) in done.shared {
+            self.held.put(hash, size, data);
+        }
+        let key = self.run_mut(id).key;
+        let followers = self.flying.remove(&key).unwrap_or_default();
+        match done.result {
+            Ok(made) => {
+                self.nodes[id.node].seconds += seconds;
+                self.store(id, made, seconds)?;
+                for follower in followers {
+                    let run = &self.nodes[id.node].runs[id.run];
+                    let (outputs, warnings) = (run.outputs.clone(), run.warnings.clone());
+                    let run = self.run_mut(follower);
+                    let same = run.cause == Cause::Missing && run.key == key;
+                    if same && !self.nodes[id.node].reads {
+                        let run = self.run_mut(follower);
+                        (run.outputs, run.warnings) = (outputs, warnings);
+                        self.settled(follower, State::Hit)?;
+                    } else {
+                        self.again(follower);
+                    }
+                }
+                return Ok(());
+            }
+            Err(TaskError::Lost(lost)) => self.wait_for(id, lost)?,
+            Err(TaskError::Failed(message)) => self.fail(id, message)?,
+            Err(TaskError::Stopped) => {
+                let run = self.run_mut(id);
+                (run.state, run.lock) = (State::Waiting, None);
+            }
+            Err(TaskError::Cache(what)) => return Err(EngineError::cache(self.cache.root(), what)),
+        }
+        for follower in followers {
+            self.again(follower);
+        }
+        Ok(())
+    }
+
+    fn again(&mut self, id: RunId) {
+        self.run_mut(id).state = State::Ready;
+        self.ready.push_back(id);
+    }
+
+    /// Stores what a run made.
+    fn store(&mut self, id: RunId, made: Made, seconds: f64) -> Result<(), EngineError> {
+        let n = id.node;
+        let node = &self.plan.nodes[n];
+        // A root file that changed between the key and the run: the result belongs to what was read.
+        if made.roots.iter().any(|(p, h)| self.nodes[n].source_keys.iter().any(|(q, k)| p == q && differs(k, h))) {
+            for (param, key) in &mut self.nodes[n].source_keys {
+                if let (SourceKey::File { hash, .. }, Some((_, read))) =
+                    (key, made.roots.iter().find(|(p, _)| p == param))
+                {
+                    *hash = *read;
+                }
+            }
+            self.nodes[n].fixed = key::fixed(node.kind.spec(), &node.params, &self.nodes[n].source_keys);
+            if !node.axes.is_empty() {
+                return Err(EngineError::Again(format!("a file of {} changed while it ran", self.name(n))));
+            }
+            self.nodes[n].key = key::run(self.nodes[n].fixed, &self.nodes[n].inputs, None);
+            self.run_mut(id).key = self.nodes[n].key;
+        }
+        let inputs = match &self.nodes[n].binding {
+            Some(binding) => match binding.take(&self.nodes[n].runs[id.run].name, id.run) {
+                Ok(taken) => binding.hashes(&taken).into_iter().map(Option::unwrap_or_default).collect(),
+                Err(e) => return self.fail(id, e.to_string()),
+            },
+            None => Vec::new(),
+        };
+        let run = &mut self.nodes[n].runs[id.run];
+        let (cause, key, lock) = (run.cause, run.key, run.lock.take());
+        let expected = std::mem::replace(&mut run.outputs, made.outputs.clone());
+        run.warnings = made.warnings.clone();
+        let record = RunRecord {
+            fixed: self.nodes[n].fixed,
+            inputs,
+            outputs: made.outputs,
+            warnings: made.warnings,
+            seconds,
+            reads: made.reads,
+        };
+        let (variant, reads) = (record.variant(), !record.reads.is_empty());
+        let changed = expected != record.outputs;
+        if cause == Cause::Audit && changed {
+            let message = "audit: it gave other bytes than the cache holds for the same inputs; \
+                           the kind is not deterministic, or changed without a new version";
+            return self.fail(id, message.to_owned());
+        }
+        let (fixed, keys) = (self.nodes[n].fixed, &self.nodes[n].source_keys);
+        self.cache.put_fixed(fixed, || {
+            let mut explain = Explain::default();
+            key::fixed_fields(node.kind.spec(), &node.params, keys, &mut explain);
+            explain.0
+        });
+        self.cache.put_run(key, Arc::new(record), made.values, lock)?;
+        self.note_reads(id, variant, reads);
+        if cause == Cause::Lost {
+            if changed {
+                // Its consumers were keyed by bytes that nobody can make again.
+                let text = format!("{} made other bytes than before from the same inputs", self.name(n));
+                return Err(EngineError::Again(text));
+            }
+            // Before the others read it, the index must know it again.
+            self.cache.flush()?;
+        }
+        for (value, data) in made.data {
+            self.hold(n, value.hash, value.size, data);
+        }
+        match cause {
+            Cause::Forced => self.nodes[n].note = "forced",
+            Cause::Lost => self.nodes[n].note = "its stored result was lost",
+            Cause::Audit => self.nodes[n].note = "audited",
+            Cause::Missing => {}
+        }
+        self.settled(id, State::Ran)
+    }
+
+    pub(super) fn note_reads(&mut self, id: RunId, variant: Digest, reads: bool) {
+        let node = &mut self.nodes[id.node];
+        node.reads |= reads;
+        if self.plan.nodes[id.node].axes.is_empty() {
+            node.variant = variant;
+        }
+    }
+
+    pub(super) fn fail(&mut self, id: RunId, message: String) -> Result<(), EngineError> {
+        self.run_mut(id).lock = None;
+        self.tell_failure(id, message);
+        self.settled(id, State::Failed)
+    }
+
+    pub(super) fn tell_failure(&mut self, id: RunId, message: String) {
+        let element = shown(&self.run_mut(id).name);
+        let element = (!element.is_empty()).then_some(element);
+        let node = self.name(id.node);
+        self.events.event(&Event::Failed { node, element: element.as_deref(), error: &message });
+        self.errors.push(Failure { node: node.to_owned(), element, message });
+    }
+
+    /// A run has come to its end.
+    pub(super) fn settled(&mut self, id: RunId, state: State) -> Result<(), EngineError> {
+        let node = &mut self.nodes[id.node];
+        let run = &mut node.runs[id.run];
+        let mended = run.cause == Cause::Lost;
+        run.state = state;
+        run.lock = None;
+        match state {
+            State::Hit => node.hits += 1,
+            State::Ran => node.ran += 1,
+            State::Failed => node.failed += 1,
+            _ => node.skipped += 1,
+        }
+        node.pending -= 1;
+        let waiters = std::mem::take(&mut run.waiters);
+        let (left, done) = (node.pending as u64, node.hits + node.ran + node.failed + node.skipped);
+        let (hits, finished) = (node.hits, node.pending == 0);
+        if mended && matches!(state, State::Failed | State::Skipped) {
+            node.state = State::Failed;
+        }
+        self.events.event(&Event::Progress { node: self.name(id.node), done, hits, left });
+        for waiter in waiters {
+            match (waiter, state) {
+                (Waiter::Run(id), State::Ran | State::Hit) => {
+                    let run = self.run_mut(id);
+                    run.missing -= 1;
+                    if run.missing == 0 {
+                        run.state = State::Ready;
+                        self.ready.push_front(id);
+                    }
+                }
+                (Waiter::Node(n), State::Ran | State::Hit) => self.to_open.push_back(n),
+                (Waiter::Outside, _) => {}
+                (Waiter::Run(id), _) => {
+                    if !self.run_mut(id).state.is_settled() {
+                        self.settled(id, State::Skipped)?;
+                    }
+                }
+                (Waiter::Node(n), _) => {
+                    self.nodes[n].skipped += 1;
+                    self.nodes[n].broken = vec![Broken::new()];
+                    self.finish(n)?;
+                }
+            }
+        }
+        if finished { self.finish(id.node) } else { Ok(()) }
+    }
+
+    /// Has a lost value made again; `waiter` goes on then. `row` is its name in the producer's list.
+    pub(super) fn mend(
+        &mut self,
+        from: OutputRef,
+        row: &str,
+        hash: Digest,
+        what: &str,
+        waiter: Waiter,
+    ) -> Result<(), EngineError> {
+        let p = from.node.0 as usize;
+        self.expand_known(p)?;
+        let axes = self.plan.nodes[p].axes.len();
+        let name = row.split(JOIN).take(axes).collect::<Vec<_>>().join(&JOIN.to_string());
+        let found = self.nodes[p].runs.binary_search_by(|r| (*r.name).cmp(&name));
+        let gone = |_| EngineError::Again(format!("{} no longer has the element {}", self.name(p), shown(&name)));
+        let id = RunId { node: p, run: found.map_err(gone)? };
+        if let Waiter::Run(waiting) = waiter {
+            self.run_mut(waiting).missing += 1;
+        }
+        self.run_mut(id).waiters.push(waiter);
+        if !self.run_mut(id).state.is_settled() {
+            return Ok(());
+        }
+        let losses = self.lost.entry(hash).or_default();
+        *losses += 1;
+        if *losses > LOSSES {
+            return Err(EngineError::cache(
+                self.cache.root(),
+                format!("value {} is lost again and again: {what}", hash.short()),
+            ));
+        }
+        if *losses == 1 {
+            let text = format!("stored value {} is damaged ({what}); it is set aside and made again", hash.short());
+            let element = shown(row);
+            self.warn(Some(p), (!element.is_empty()).then_some(&element), &text);
+        }
+        self.cache.set_aside(&hash)?;
+        self.held.drop_value(&hash);
+        let node = &mut self.nodes[p];
+        match node.runs[id.run].state {
+            State::Hit => node.hits -= 1,
+            State::Ran => node.ran -= 1,
+            _ => {}
+        }
+        let run = &mut node.runs[id.run];
+        (run.state, run.cause) = (State::Ready, Cause::Lost);
+        node.pending += 1;
+        self.ready.push_front(id);
+        Ok(())
+    }
+
+    /// The node has no more to do: makes its outputs known and opens those who waited for them.
+    pub(super) fn finish(&mut self, n: usize) -> Result<(), EngineError> {
+        if self.nodes[n].state.is_settled() {
+            return Ok(());
+        }
+        let plan = &self.plan.nodes[n];
+        let dry = self.options.dry_run;
+        let node = &mut self.nodes[n];
+        node.forecast = dry.then(|| node.forecast.unwrap_or(Forecast::Hit));
+        node.state = match () {
+            () if node.failed > 0 => State::Failed,
+            () if node.skipped > 0 => State::Skipped,
+            () if node.ran > 0 => State::Ran,
+            () => State::Hit,
+        };
+        let foretold = node.forecast.is_some_and(|f| f != Forecast::Hit);
+        if node.outputs.is_empty() && !foretold && !node.broken.iter().any(Broken::is_empty) {
+            node.collect(plan, plan.kind.spec().outputs.len());
+            let sound = node.failed + node.skipped == 0 && !node.reads && !dry;
+            if sound && !plan.axes.is_empty() {
+                let rows = node.runs.iter();
+                let rows = rows.map(|r| MapRow { name: r.name.to_string(), key: r.key, outputs: r.outputs.clone() });
+                let record = MapRecord {
+                    fixed: node.fixed,
+                    inputs: node.inputs.iter().map(|h| h.unwrap_or_default()).collect(),
+                    rows: rows.collect(),
+                    warnings: node.warnings.clone(),
+                };
+                let (key, fixed) = (node.key, node.fixed);
+                let keys = &self.nodes[n].source_keys;
+                self.cache.put_fixed(fixed, || {
+                    let mut explain = Explain::default();
+                    key::fixed_fields(plan.kind.spec(), &plan.params, keys, &mut explain);
+                    explain.0
+                });
+                self.cache.put_map(key, &record)?;
+            }
+        }
+        for (element, text) in self.nodes[n].warnings.clone() {
+            self.warn(Some(n), (!element.is_empty()).then_some(element.as_str()), &text);
+        }
+        let node = &mut self.nodes[n];
+        let NodeState { hits, ran: runs, failed, skipped, seconds, .. } = *node;
+        node.binding = None;
+        let name = self.name(n);
+        self.events.event(&Event::NodeFinished { node: name, hits, runs, failed, skipped, seconds });
+        for c in self.nodes[n].consumers.clone() {
+            self.nodes[c].waits -= 1;
+            if self.nodes[c].waits == 0 {
+                self.to_open.push_back(c);
+            }
+        }
+        self.release(n);
+        Ok(())
+    }
+
+    /// Drops decoded values that nobody can still take.
+    fn release(&mut self, n: usize) {
+        let mut seen: Vec<usize> = Vec::new();
+        let plan = self.plan;
+        for from in plan.nodes[n].inputs.iter().flat_map(|i| [i.from, i.via]).flatten() {
+            let p = from.node.0 as usize;
+            if seen.contains(&p) {
+                continue;
+            }
+            seen.push(p);
+            self.nodes[p].live -= 1;
+            if self.nodes[p].live == 0 && !self.held.is_empty() {
+                for rows in self.nodes[p].outputs.iter().filter_map(|o| o.rows.clone()) {
+                    rows.iter().for_each(|row| self.held.drop_value(&row.value.hash));
+                }
+            }
+        }
+    }
+
+    /// What the bake record says of node `n`; `None` unless all of it is there.
+    pub fn trace(&self, n: usize) -> Option<NodeTrace> {
+        let node = &self.nodes[n];
+        if !matches!(node.state, State::Hit | State::Ran) {
+            return None;
+        }
+        let mapped = !self.plan.nodes[n].axes.is_empty();
+        // A map whose runs read files is never believed as a whole: no record has this variant.
+        let variant = if mapped && node.reads { Digest([1; 32]) } else { node.variant };
+        Some(NodeTrace {
+            name: self.name(n).to_owned(),
+            key: node.key,
+            variant,
+            mapped,
+            elements: node.hits + node.ran,
+            ran: node.ran,
+            note: node.note.to_owned(),
+            outputs: node.outputs.iter().map(|o| TraceOut { hash: o.hash, size: o.size }).collect(),
+            warnings: node.warnings.clone(),
+        })
+    }
+
+    /// What the last bake's record said of node `n`, for a bake that did not come to it.
+    pub fn carried(&self, n: usize) -> Option<NodeTrace> {
+        let trace = self.previous_trace(n)?.clone();
+        Some(NodeTrace { ran: 0, note: "not part of that bake".to_owned(), ..trace })
+    }
+
+    /// Hits, runs, failed, skipped, seconds and forecast of node `n`.
+    pub fn counts(&self, n: usize) -> (u64, u64, u64, u64, f64, Option<Forecast>) {
+        let node = &self.nodes[n];
+        (node.hits, node.ran, node.failed, node.skipped, node.seconds, node.forecast)
+    }
+
+    pub fn output_of(&self, from: OutputRef) -> Option<(Digest, Option<u64>)> {
+        let node = &self.nodes[from.node.0 as usize];
+        node.outputs.get(from.port as usize).map(|o| (o.hash, o.size))
+    }
+
+    /// Has a lost value made again, and works until it is.
+    pub fn remake(&mut self, from: OutputRef, row: &str, hash: Digest, what: &str) -> Result<(), EngineError> {
+        self.mend(from, row, hash, what, Waiter::Outside)?;
+        self.work()
+    }
+}
+
+impl NodeState {
+    /// Outputs, warnings and what is broken, from the runs.
+    fn collect(&mut self, plan: &crate::engine::plan::PlanNode, ports: usize) {
+        let good = self.runs.iter().filter(|r| matches!(r.state, State::Hit | State::Ran));
+        self.outputs = tables(ports, good.map(|r| (&*r.name, &r.outputs[..])));
+        for run in &self.runs {
+            self.warnings.extend(run.warnings.iter().map(|w| (shown(&run.name), w.clone())));
+            if matches!(run.state, State::Failed | State::Skipped) {
+                let parts = run.name.split(JOIN).map(str::to_owned);
+                self.broken.push(plan.axes.iter().copied().zip(parts).collect());
+            }
+        }
+    }
+}
+
+fn differs(key: &SourceKey, read: &Digest) -> bool {
+    matches!(key, SourceKey::File { hash, .. } if hash != read)
+}

@@ -1,0 +1,211 @@
+//! Starting runs: a slot, memory, the key's lock, one more look at the index, the inputs' bytes, and off.
+
+use super::{Cause, Run, RunId, Schedule, State, Waiter, open::sizes, task};
+use crate::engine::{
+    cache::lock::Lock, elements::Taken, error::EngineError, hash::Digest, plan::OutputRef, value::shown,
+};
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::Arc,
+    time::{Duration, Instant},
+};
+use task::{From, Load, Task, TaskSlot};
+
+/// How often a lock that another process holds is tried.
+const POLL: Duration = Duration::from_millis(20);
+
+impl Schedule<'_> {
+    /// Starts ready runs in their order while slots and memory last.
+    pub(super) fn start_ready(&mut self) -> Result<(), EngineError> {
+        while self.running < self.jobs
+            && !self.halted()
+            && let Some(id) = self.ready.front().copied()
+        {
+            if !self.bind(id.node)? {
+                return Err(EngineError::Again(format!("a relation above {} is lost too", self.name(id.node))));
+            }
+            let node = &self.plan.nodes[id.node];
+            let name = self.run_mut(id).name.clone();
+            let Some(binding) = &self.nodes[id.node].binding else { break };
+            let taken = match binding.take(&name, id.run) {
+                Ok(taken) => taken,
+                Err(e) => {
+                    self.ready.pop_front();
+                    self.fail(id, e.to_string())?;
+                    continue;
+                }
+            };
+            // The estimate is the kind's code too: it may panic.
+            let sizes = sizes(&taken);
+            let estimate = catch_unwind(AssertUnwindSafe(|| node.kind.memory(&node.params, &sizes)));
+            let need = match estimate {
+                Ok(need) if need <= self.memory => need,
+                Ok(need) => {
+                    self.ready.pop_front();
+                    let (need, have) = (bytes(need), bytes(self.memory));
+                    self.fail(id, format!("it needs about {need} of memory, but --memory allows {have} in all"))?;
+                    continue;
+                }
+                Err(payload) => {
+                    self.ready.pop_front();
+                    self.fail(id, super::panic_text(&*payload))?;
+                    continue;
+                }
+            };
+            // In order, so that a large task is not overtaken for ever.
+            if self.running > 0 && self.memory_used + need > self.memory {
+                break;
+            }
+            self.ready.pop_front();
+            if self.claim(id)? {
+                self.start(id, taken, need)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes the run's key this process's own. False if another has it, or has just finished it.
+    fn claim(&mut self, id: RunId) -> Result<bool, EngineError> {
+        let key = self.run_mut(id).key;
+        if let Some(followers) = self.flying.get_mut(&key) {
+            followers.push(id);
+            self.run_mut(id).state = State::Elsewhere;
+            return Ok(false);
+        }
+        if self.run_mut(id).lock.is_none() {
+            let lock = Lock::key(self.cache.root(), &key).map_err(|e| EngineError::cache(self.cache.root(), e))?;
+            let Some(lock) = lock else {
+                self.run_mut(id).state = State::Elsewhere;
+                self.elsewhere.push(id);
+                return Ok(false);
+            };
+            self.run_mut(id).lock = Some(lock);
+        }
+        if self.run_mut(id).cause == Cause::Missing
+            && let Some((variant, record)) = self.look_up(id.node, &key)?
+        {
+            self.cache.touch_run(key);
+            self.note_reads(id, variant, !record.reads.is_empty());
+            let run = self.run_mut(id);
+            (run.outputs, run.warnings) = (record.outputs.clone(), record.warnings.clone());
+            run.lock = None;
+            self.settled(id, State::Hit)?;
+            return Ok(false);
+        }
+        Ok(true)
+    }
+
+    /// Tries the locks that other processes hold.
+    pub(super) fn look_elsewhere(&mut self) -> Result<(), EngineError> {
+        if self.elsewhere.is_empty() || self.polled.elapsed() < POLL {
+            return Ok(());
+        }
+        self.polled = Instant::now();
+        for id in std::mem::take(&mut self.elsewhere) {
+            let key = self.run_mut(id).key;
+            match Lock::key(self.cache.root(), &key).map_err(|e| EngineError::cache(self.cache.root(), e))? {
+                None => self.elsewhere.push(id),
+                Some(lock) => {
+                    // The index is asked again when it starts. Until then the lock is not needed: at most `jobs` are
+                    // held at a time, and whoever takes it in between does the same work.
+                    drop(lock);
+                    self.run_mut(id).state = State::Ready;
+                    self.ready.push_front(id);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn start(&mut self, id: RunId, taken: Vec<Taken>, need: u64) -> Result<(), EngineError> {
+        let node = &self.plan.nodes[id.node];
+        let mut lost = Vec::new();
+        let mut inputs = Vec::with_capacity(taken.len());
+        for (port, taken) in taken.into_iter().enumerate() {
+            let shared = self.nodes[id.node].binding.as_ref().is_some_and(|b| b.is_shared(port, node.axes.len()));
+            let mut load = |this: &mut Self, hash: Digest| -> Result<Option<Load>, EngineError> {
+                if let Some(data) = this.held.get(&hash) {
+                    return Ok(Some(Load { hash, from: From::Data(data), verified: true, share: false }));
+                }
+                let Some(stored) = this.cache.value(&hash)? else {
+                    lost.push((port, hash, "it is no longer in the cache".to_owned()));
+                    return Ok(None);
+                };
+                let verified = this.cache.is_verified(&hash);
+                Ok(Some(Load::new(hash, stored, verified, shared)))
+            };
+            inputs.push(match taken {
+                Taken::Absent => TaskSlot::Absent,
+                Taken::One(v) => load(self, v.hash)?.map_or(TaskSlot::Absent, TaskSlot::One),
+                Taken::Many(list) => {
+                    let mut many = Vec::with_capacity(list.len());
+                    for (name, v) in list {
+                        many.extend(load(self, v.hash)?.map(|l| (shown(&name), l)));
+                    }
+                    // Names of several axes sort otherwise once they are joined for display.
+                    many.sort_by(|a, b| a.0.cmp(&b.0));
+                    TaskSlot::Many(many)
+                }
+            });
+        }
+        if !lost.is_empty() {
+            return self.wait_for(id, lost);
+        }
+        let element = self.run_mut(id).name.clone();
+        let spec = node.kind.spec();
+        let state = &mut self.nodes[id.node];
+        let task = Task {
+            kind: node.kind.clone(),
+            params: state.params.get_or_insert_with(|| Arc::new(node.params.clone())).clone(),
+            inputs,
+            element: (spec.uses_name && !node.axes.is_empty()).then(|| shown(&element)),
+            roots: state.roots.clone(),
+            stop: self.stop.clone(),
+            blobs: self.cache.blobs().clone(),
+        };
+        if !state.state.is_settled() {
+            state.state = State::Running;
+        }
+        let run: &mut Run = &mut state.runs[id.run];
+        (run.state, run.memory) = (State::Running, need);
+        self.flying.entry(run.key).or_default();
+        self.running += 1;
+        self.memory_used += need;
+        if let Some(lane) = self.lanes.iter_mut().find(|lane| lane.is_none()) {
+            *lane = Some(id);
+        }
+        let answer = self.answers.0.clone();
+        self.pool.spawn(move || {
+            // Nobody listens only if the schedule itself has ended by a panic.
+            let _ = answer.send((id, task::perform(task)));
+        });
+        Ok(())
+    }
+
+    /// Sets `id` aside until its lost inputs are there again.
+    pub(super) fn wait_for(&mut self, id: RunId, lost: Vec<(usize, Digest, String)>) -> Result<(), EngineError> {
+        let run = self.run_mut(id);
+        (run.state, run.lock) = (State::Waiting, None);
+        for (port, hash, what) in lost {
+            let from: Option<OutputRef> = self.plan.nodes[id.node].inputs[port].from;
+            let row = self.nodes[id.node].binding.as_ref().and_then(|b| b.row_of(port, &hash));
+            let (Some(from), Some(row)) = (from, row) else {
+                return Err(EngineError::Again(format!("a lost input of {} has no producer", self.name(id.node))));
+            };
+            self.mend(from, &row, hash, &what, Waiter::Run(id))?;
+        }
+        Ok(())
+    }
+}
+
+/// A number of bytes for people.
+pub fn bytes(n: u64) -> String {
+    let n = n as f64;
+    let (divisor, unit) = match n {
+        n if n >= (1u64 << 30) as f64 => ((1u64 << 30) as f64, "GiB"),
+        n if n >= (1u64 << 20) as f64 => ((1u64 << 20) as f64, "MiB"),
+        n if n >= 1024.0 => (1024.0, "KiB"),
+        _ => (1.0, "B"),
+    };
+    format!("{:.1} {unit}", n / divisor)
+}

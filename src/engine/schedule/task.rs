@@ -1,0 +1,257 @@
+//! What a worker does: decodes the inputs, runs the kind, stores what came out. It waits for nothing.
+
+use crate::{
+    engine::{
+        cache::{
+            NewValue, Stored,
+            blob::{BlobError, Blobs, INLINE},
+        },
+        hash::Digest,
+        node::{Arity, Ctx, Data, Kind, NodeError, PortSpec, Slot},
+        record::Read,
+        source::{Recorder, Root},
+        value::{PortOut, ValueRef, bad_name, shown},
+    },
+    math::Stop,
+};
+use serde_json::Value;
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{Arc, Mutex, PoisonError},
+    time::Instant,
+};
+
+/// Where a task finds an input value.
+pub enum From {
+    /// Already decoded.
+    Data(Data),
+    Inline(Arc<Vec<u8>>),
+    File,
+}
+
+pub struct Load {
+    pub hash: Digest,
+    pub from: From,
+    pub verified: bool,
+    /// Hand the decoded value back: other elements take it too.
+    pub share: bool,
+}
+
+impl Load {
+    pub fn new(hash: Digest, stored: Stored, verified: bool, share: bool) -> Self {
+        let from = match stored {
+            Stored::Inline(bytes) => From::Inline(bytes),
+            Stored::File => From::File,
+        };
+        Self { hash, from, verified, share }
+    }
+}
+
+pub enum TaskSlot {
+    Absent,
+    One(Load),
+    Many(Vec<(String, Load)>),
+}
+
+pub struct Task {
+    pub kind: Arc<dyn Kind>,
+    pub params: Arc<Value>,
+    pub inputs: Vec<TaskSlot>,
+    /// For kinds that use it.
+    pub element: Option<String>,
+    pub roots: Arc<Vec<Root>>,
+    pub stop: Stop,
+    pub blobs: Blobs,
+}
+
+/// What a run gave.
+pub struct Made {
+    pub outputs: Vec<PortOut>,
+    pub values: Vec<NewValue>,
+    /// The decoded outputs, for those who take them next.
+    pub data: Vec<(ValueRef, Data)>,
+    pub warnings: Vec<String>,
+    pub reads: Vec<Read>,
+    /// Contents of the root files that were read, by parameter.
+    pub roots: Vec<(String, Digest)>,
+}
+
+pub enum TaskError {
+    /// Inputs whose stored bytes are bad or missing: port, value, what is wrong.
+    Lost(Vec<(usize, Digest, String)>),
+    /// The kind's own message, or its panic's.
+    Failed(String),
+    Stopped,
+    /// The cache could not be read or written.
+    Cache(String),
+}
+
+pub struct Done {
+    pub result: Result<Made, TaskError>,
+    /// Inputs decoded here that others take too.
+    pub shared: Vec<(Digest, u64, Data)>,
+    /// Values whose bytes proved good.
+    pub verified: Vec<Digest>,
+    pub began: Instant,
+    pub ended: Instant,
+}
+
+/// Runs `task` to its end.
+pub fn perform(task: Task) -> Done {
+    let began = Instant::now();
+    let (mut shared, mut verified) = (Vec::new(), Vec::new());
+    let result = perform_inner(task, &mut shared, &mut verified);
+    Done { result, shared, verified, began, ended: Instant::now() }
+}
+
+fn perform_inner(
+    task: Task,
+    shared: &mut Vec<(Digest, u64, Data)>,
+    verified: &mut Vec<Digest>,
+) -> Result<Made, TaskError> {
+    let Task { kind, params, inputs, element, roots, stop, blobs } = task;
+    let spec = kind.spec();
+    let mut lost = Vec::new();
+    let mut slots = Vec::with_capacity(inputs.len());
+    for (port, slot) in inputs.into_iter().enumerate() {
+        let mut load = |load: Load| -> Result<Option<Data>, TaskError> {
+            match fetch(&load, &spec.inputs[port], &blobs) {
+                Ok((data, size)) => {
+                    if !load.verified && matches!(load.from, From::File) {
+                        verified.push(load.hash);
+                    }
+                    if load.share {
+                        shared.push((load.hash, size, data.clone()));
+                    }
+                    Ok(Some(data))
+                }
+                Err(FetchError::Bad(what)) => {
+                    lost.push((port, load.hash, what));
+                    Ok(None)
+                }
+                Err(FetchError::Other(e)) => Err(e),
+            }
+        };
+        slots.push(match slot {
+            TaskSlot::Absent => Slot::Absent,
+            TaskSlot::One(one) => load(one)?.map_or(Slot::Absent, Slot::One),
+            TaskSlot::Many(many) => {
+                let mut list = Vec::with_capacity(many.len());
+                for (name, one) in many {
+                    list.extend(load(one)?.map(|data| (name, data)));
+                }
+                Slot::Many(list)
+            }
+        });
+    }
+    if !lost.is_empty() {
+        return Err(TaskError::Lost(lost));
+    }
+    let door = Recorder::new(roots);
+    let warnings = Mutex::new(Vec::new());
+    // A kind may warn from many threads: their order is not the run's to give.
+    let warn = |text: String| warnings.lock().unwrap_or_else(PoisonError::into_inner).push(text);
+    let ctx = Ctx { stop: &stop, door: &door, element: element.as_deref(), warn: &warn };
+    let (outputs, values, data) = guard(|| {
+        let slots = kind.run(&params, slots, &ctx).map_err(|e| match e {
+            NodeError::Stopped(_) if stop.is_set() => TaskError::Stopped,
+            other => TaskError::Failed(other.to_string()),
+        })?;
+        store(&spec.outputs, slots, &blobs)
+    })?;
+    let mut warnings = warnings.into_inner().unwrap_or_else(PoisonError::into_inner);
+    warnings.sort();
+    warnings.dedup();
+    let (reads, roots) = door.finish();
+    Ok(Made { outputs, values, data, warnings, reads, roots })
+}
+
+/// Turns a panic of the kind's code into its failure.
+fn guard<T>(f: impl FnOnce() -> Result<T, TaskError>) -> Result<T, TaskError> {
+    catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|payload| Err(TaskError::Failed(panic_text(&*payload))))
+}
+
+/// What a panic said.
+pub fn panic_text(payload: &(dyn std::any::Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().map(|s| (*s).to_owned());
+    let text = text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_default();
+    format!("the kind's code panicked: {text} (a defect in it: please report it)")
+}
+
+/// Why a value cannot be handed on.
+pub enum FetchError {
+    /// Missing, or other bytes than its hash says.
+    Bad(String),
+    Other(TaskError),
+}
+
+/// Reads, checks and decodes one value; also gives its stored size.
+pub fn fetch(load: &Load, port: &PortSpec, blobs: &Blobs) -> Result<(Data, u64), FetchError> {
+    let bytes: crate::array::Bytes = match &load.from {
+        From::Data(data) => return Ok((data.clone(), 0)),
+        From::Inline(bytes) => {
+            if !load.verified && Digest::of(bytes) != load.hash {
+                return Err(FetchError::Bad("its bytes in the index are not what its hash says".to_owned()));
+            }
+            bytes.clone()
+        }
+        From::File => blobs.get(&load.hash, load.verified).map_err(|e| match e {
+            BlobError::Bad(what) => FetchError::Bad(what),
+            BlobError::Io(e) => {
+                FetchError::Other(TaskError::Cache(format!("value {} cannot be read: {e}", load.hash.short())))
+            }
+        })?,
+    };
+    let size = (*bytes).as_ref().len() as u64;
+    // The bytes are those that its producer stored: to run that again would give the same.
+    let defect = |e| {
+        let text = format!(
+            "input `{}`: the stored {} cannot be decoded: {e} (a defect of that type)",
+            port.name, port.ty.name
+        );
+        FetchError::Other(TaskError::Failed(text))
+    };
+    Ok(((port.ty.decode)(bytes).map_err(defect)?, size))
+}
+
+type StoredOutputs = (Vec<PortOut>, Vec<NewValue>, Vec<(ValueRef, Data)>);
+
+fn store(ports: &[PortSpec], slots: Vec<Slot>, blobs: &Blobs) -> Result<StoredOutputs, TaskError> {
+    let (mut outputs, mut values, mut kept) = (Vec::new(), Vec::new(), Vec::new());
+    let mut put = |port: &PortSpec, data: Data| -> Result<ValueRef, TaskError> {
+        let bytes = (port.ty.encode)(&data);
+        let value = ValueRef { hash: Digest::of(&bytes), size: bytes.len() as u64 };
+        let inline = if bytes.len() <= INLINE {
+            Some(bytes)
+        } else {
+            let full = |e| TaskError::Cache(format!("a value of {} bytes cannot be written: {e}", value.size));
+            blobs.put(&value.hash, &bytes).map_err(full)?;
+            None
+        };
+        values.push(NewValue { hash: value.hash, size: value.size, inline });
+        kept.push((value, data));
+        Ok(value)
+    };
+    for (port, slot) in ports.iter().zip(slots) {
+        outputs.push(match (slot, port.arity) {
+            (Slot::One(data), Arity::One) => PortOut::One(put(port, data)?),
+            (Slot::Many(mut list), Arity::Many { may_be_empty }) => {
+                if list.is_empty() && !may_be_empty {
+                    return Err(TaskError::Failed(format!("output `{}` is an empty list", port.name)));
+                }
+                list.sort_by(|a, b| a.0.cmp(&b.0));
+                if let Some((name, what)) = list.iter().find_map(|(n, _)| Some((n, bad_name(n)?))) {
+                    return Err(TaskError::Failed(format!("output `{}`: the element name {name:?} {what}", port.name)));
+                }
+                if let Some(pair) = list.windows(2).find(|p| p[0].0 == p[1].0) {
+                    let name = shown(&pair[0].0);
+                    return Err(TaskError::Failed(format!("output `{}` has two elements named `{name}`", port.name)));
+                }
+                let named = list.into_iter().map(|(name, data)| Ok((name, put(port, data)?)));
+                PortOut::Many(named.collect::<Result<_, TaskError>>()?)
+            }
+            _ => return Err(TaskError::Failed(format!("output `{}` is missing", port.name))),
+        });
+    }
+    Ok((outputs, values, kept))
+}

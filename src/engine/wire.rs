@@ -1,0 +1,138 @@
+//! The bytes of the engine's own records: little-endian, each record closed by a checksum, because SQLite has none and
+//! a flipped bit must read as a miss, never as another result.
+
+use super::hash::Digest;
+
+/// Length of the checksum at a record's end.
+const SUM: usize = 8;
+
+#[derive(Default)]
+pub struct Writer(Vec<u8>);
+
+impl Writer {
+    pub fn u8(&mut self, v: u8) {
+        self.0.push(v);
+    }
+    pub fn u32(&mut self, v: u32) {
+        self.0.extend(v.to_le_bytes());
+    }
+    pub fn u64(&mut self, v: u64) {
+        self.0.extend(v.to_le_bytes());
+    }
+    pub fn i64(&mut self, v: i64) {
+        self.0.extend(v.to_le_bytes());
+    }
+    pub fn f64(&mut self, v: f64) {
+        self.u64(v.to_bits());
+    }
+    pub fn digest(&mut self, v: &Digest) {
+        self.0.extend(v.0);
+    }
+    pub fn str(&mut self, v: &str) {
+        self.u32(v.len() as u32);
+        self.0.extend(v.as_bytes());
+    }
+    /// A list: its length, then each item by `item`.
+    pub fn list<T>(&mut self, items: &[T], mut item: impl FnMut(&mut Self, &T)) {
+        self.u32(items.len() as u32);
+        for i in items {
+            item(self, i);
+        }
+    }
+    pub fn option<T>(&mut self, v: &Option<T>, item: impl FnOnce(&mut Self, &T)) {
+        self.u8(u8::from(v.is_some()));
+        if let Some(v) = v {
+            item(self, v);
+        }
+    }
+    pub fn finish(mut self) -> Vec<u8> {
+        let sum = blake3::hash(&self.0);
+        self.0.extend(&sum.as_bytes()[..SUM]);
+        self.0
+    }
+}
+
+/// Reads what [`Writer`] wrote; `None` as soon as anything is not as it should be.
+pub struct Reader<'a>(&'a [u8]);
+
+impl<'a> Reader<'a> {
+    /// Checks the checksum.
+    pub fn open(bytes: &'a [u8]) -> Option<Self> {
+        let (body, sum) = bytes.split_at_checked(bytes.len().checked_sub(SUM)?)?;
+        (blake3::hash(body).as_bytes()[..SUM] == *sum).then_some(Self(body))
+    }
+    fn take(&mut self, n: usize) -> Option<&'a [u8]> {
+        let (head, tail) = self.0.split_at_checked(n)?;
+        self.0 = tail;
+        Some(head)
+    }
+    pub fn u8(&mut self) -> Option<u8> {
+        Some(self.take(1)?[0])
+    }
+    pub fn u32(&mut self) -> Option<u32> {
+        Some(u32::from_le_bytes(self.take(4)?.try_into().ok()?))
+    }
+    pub fn u64(&mut self) -> Option<u64> {
+        Some(u64::from_le_bytes(self.take(8)?.try_into().ok()?))
+    }
+    pub fn i64(&mut self) -> Option<i64> {
+        Some(i64::from_le_bytes(self.take(8)?.try_into().ok()?))
+    }
+    pub fn f64(&mut self) -> Option<f64> {
+        Some(f64::from_bits(self.u64()?))
+    }
+    pub fn digest(&mut self) -> Option<Digest> {
+        Some(Digest(self.take(32)?.try_into().ok()?))
+    }
+    pub fn str(&mut self) -> Option<&'a str> {
+        let n = self.u32()? as usize;
+        std::str::from_utf8(self.take(n)?).ok()
+    }
+    pub fn list<T>(&mut self, mut item: impl FnMut(&mut Self) -> Option<T>) -> Option<Vec<T>> {
+        let n = self.u32()? as usize;
+        // Every item takes at least one byte: a false length ends in `None`, not in an allocation.
+        let mut out = Vec::with_capacity(n.min(self.0.len()));
+        for _ in 0..n {
+            out.push(item(self)?);
+        }
+        Some(out)
+    }
+    pub fn option<T>(&mut self, item: impl FnOnce(&mut Self) -> Option<T>) -> Option<Option<T>> {
+        Some(match self.u8()? {
+            0 => None,
+            _ => Some(item(self)?),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read(a: u64, s in ".{0,40}", v in proptest::collection::vec(any::<u32>(), 0..20)) {
+            let mut w = Writer::default();
+            w.u64(a);
+            w.str(&s);
+            w.list(&v, |w, v| w.u32(*v));
+            w.option(&Some(a), |w, v| w.u64(*v));
+            let bytes = w.finish();
+            let mut r = Reader::open(&bytes).unwrap();
+            prop_assert_eq!((r.u64(), r.str()), (Some(a), Some(s.as_str())));
+            prop_assert_eq!(r.list(Reader::u32), Some(v));
+            prop_assert_eq!(r.option(Reader::u64), Some(Some(a)));
+        }
+
+        #[test]
+        fn a_flipped_bit_is_noticed(v in proptest::collection::vec(any::<u32>(), 0..20), at: usize, bit in 0..8) {
+            let mut w = Writer::default();
+            w.list(&v, |w, v| w.u32(*v));
+            let mut bytes = w.finish();
+            let n = bytes.len();
+            bytes[at % n] ^= 1_u8 << bit;
+            prop_assert!(Reader::open(&bytes).is_none());
+        }
+    }
+}
