@@ -11,12 +11,7 @@ mod resample;
 mod select_objects;
 pub mod values;
 mod view_cell;
-pub mod render_slices;
-mod resample;
-mod select_objects;
 mod split_objects;
-pub mod values;
-pub mod view_cell;
 pub mod voxel_mesh;
 mod write_glb;
 
