@@ -9,9 +9,9 @@ mod pack_atlas;
 mod render_slices;
 mod resample;
 mod select_objects;
+mod split_objects;
 pub mod values;
 mod view_cell;
-mod split_objects;
 pub mod voxel_mesh;
 mod write_glb;
 
