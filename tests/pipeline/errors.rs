@@ -18,7 +18,8 @@ fn reports_of_mistakes() {
         let set: Vec<&str> = text.lines().filter_map(|l| l.strip_prefix("# set: ")).collect();
         let report = match check(&text, &set) {
             Ok(_) => "ok\n".to_owned(),
-            Err(problems) => problems.to_string(),
+            // Wide, so that no line breaks where the length of this folder's own path puts it.
+            Err(problems) => problems.render(miette::GraphicalTheme::unicode_nocolor(), 100_000),
         };
         // Where the folder lies is no part of a report's meaning; nor is where its length makes a hint's lines break.
         let here = format!("{}/", folder.with_file_name("folder").display());
