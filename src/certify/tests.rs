@@ -21,7 +21,7 @@ fn wall(name: &str, centre: Vec3, side: f32, keep: impl Fn(u32, u32) -> bool) ->
     let positions: Array<[f32; 3]> = (0..n * n).map(|i| [at(i % n), at(i / n), 0.0]).collect();
     let colors = (0..n * n)
         .map(|i| {
-            let g = if (i % n / 5 + i / n / 5) % 2 == 0 { 0.2 } else { 0.7 };
+            let g = if (i % n / 5 + i / n / 5).is_multiple_of(2) { 0.2 } else { 0.7 };
             [g, g * 0.8, 0.3, 1.0]
         })
         .collect();
