@@ -6,14 +6,12 @@ mod field_scene;
 mod load_scene;
 mod make_scene;
 mod pack_atlas;
-pub mod render_slices;
+mod render_slices;
 mod resample;
 mod select_objects;
 pub mod values;
-pub mod view_cell;
+mod view_cell;
 mod split_objects;
-pub mod values;
-pub mod view_cell;
 pub mod voxel_mesh;
 mod write_glb;
 
