@@ -81,3 +81,15 @@ impl Node for PackAtlas {
         Ok(Out { scene: Arc::new(packed.scene), bound: Arc::new(bound) })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_checked() {
+        assert_eq!(PackAtlas::check(&Params::default()), Ok(()));
+        assert_eq!(PackAtlas::check(&Params { gutter: 0, ..Params::default() }).unwrap_err().0, "gutter");
+        assert_eq!(PackAtlas::check(&Params { max_page: 1000, ..Params::default() }).unwrap_err().0, "max_page");
+    }
+}

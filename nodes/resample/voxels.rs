@@ -101,3 +101,24 @@ impl Node for Resample {
         Ok(Out { charted: Arc::new(charted) })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_checked() {
+        assert_eq!(Resample::check(&Params::default()), Ok(()));
+        let bad: [(&str, Params); 6] = [
+            ("n", Params { n: 0, ..Params::default() }),
+            ("n", Params { n: 17, ..Params::default() }),
+            ("texel", Params { texel: 0.0, ..Params::default() }),
+            ("texel", Params { texel: f64::NAN, ..Params::default() }),
+            ("margin", Params { margin: 1, ..Params::default() }),
+            ("max_chart", Params { margin: 64, max_chart: 130, ..Params::default() }),
+        ];
+        for (name, params) in bad {
+            assert_eq!(Resample::check(&params).unwrap_err().0, name);
+        }
+    }
+}

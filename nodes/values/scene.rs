@@ -278,4 +278,26 @@ mod tests {
         });
         assert_eq!(found, "section `texels`: shorter than its items");
     }
+
+    proptest::proptest! {
+        #[test]
+        fn damaged_bytes_never_break_a_promise(changes in proptest::collection::vec((0usize..1 << 16, 0u8..=255), 1..6), cut in 0usize..1 << 16) {
+            let mut bytes = to_bytes(&scene(false));
+            let n = bytes.len();
+            for (at, byte) in changes {
+                bytes[at % n] = byte;
+            }
+            if cut % 5 == 0 {
+                bytes.truncate(cut % n);
+            }
+            if let Ok(scene) = from_bytes::<Scene>(Arc::new(bytes)) {
+                for part in scene.objects.iter().flat_map(|o| &o.parts) {
+                    let n = part.mesh.positions.len();
+                    assert!(part.mesh.positions.iter().flatten().all(|x| x.is_finite()));
+                    assert!(part.mesh.triangles.iter().flatten().all(|i| (*i as usize) < n));
+                }
+                assert!(scene.objects.is_sorted_by(|a, b| a.name < b.name));
+            }
+        }
+    }
 }

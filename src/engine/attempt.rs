@@ -106,16 +106,19 @@ impl Attempt<'_> {
         }
         let nodes: Vec<NodeReport> =
             (0..plan.nodes.len()).filter(|n| self.wanted[*n]).map(|n| node(&schedule, n)).collect();
-        let mut ran = false;
-        for n in 0..plan.nodes.len() {
-            let trace = schedule.trace(n).inspect(|t| ran |= t.ran > 0);
-            let carried = || schedule.carried(n);
-            baked.record.nodes.extend(trace.or_else(carried));
+        // A bake in which nothing changed has no record of its own.
+        let news = !(0..plan.nodes.len()).all(|n| schedule.is_unchanged(n))
+            || previous.nodes.len() != plan.nodes.len()
+            || baked.record.files != previous.files
+            || baked.record.measured != previous.measured;
+        if news && !options.dry_run {
+            let trace = |n| schedule.trace(n).or_else(|| schedule.carried(n));
+            baked.record.nodes = (0..plan.nodes.len()).filter_map(trace).collect();
         }
         let (errors, warnings): (Vec<Failure>, _) = (std::mem::take(&mut schedule.errors), schedule.warnings);
         drop(schedule);
         if !options.dry_run {
-            if ran || !baked.record.same_result(&previous) {
+            if news {
                 baked.record.at = seconds();
                 cache.put_bake(&plan.name, &folder_key, &baked.record)?;
             }
@@ -269,7 +272,7 @@ fn load(schedule: &mut Schedule, from: OutputRef, row: &str, hash: Digest) -> Re
 fn folder_lock(cache: &Cache, folder: &Path, stop: &Stop) -> Result<Lock, EngineError> {
     let name = format!("out-{}", Digest::of(folder_key(folder).as_bytes()).hex());
     loop {
-        let lock = Lock::take(cache.root().join("locks").join(&name));
+        let lock = Lock::take(&cache.root().join("locks").join(&name));
         if let Some(lock) = lock.map_err(|e| EngineError::cache(cache.root(), e))? {
             return Ok(lock);
         }
@@ -280,6 +283,12 @@ fn folder_lock(cache: &Cache, folder: &Path, stop: &Stop) -> Result<Lock, Engine
 
 /// What differs between equal bakes: times, memory, hits.
 fn run_json(report: &Report) -> Vec<u8> {
+    struct Nodes<'a>(&'a [NodeReport]);
+    impl Serialize for Nodes<'_> {
+        fn serialize<S: serde::Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
+            s.collect_map(self.0.iter().map(|n| (&n.name, Node { hits: n.hits, runs: n.runs, seconds: n.seconds })))
+        }
+    }
     #[derive(Serialize)]
     struct Node {
         hits: u64,
@@ -293,16 +302,15 @@ fn run_json(report: &Report) -> Vec<u8> {
         peak_memory_bytes: Option<u64>,
         hits: u64,
         runs: u64,
-        nodes: BTreeMap<&'a str, Node>,
+        nodes: Nodes<'a>,
     }
-    let node = |n: &NodeReport| Node { hits: n.hits, runs: n.runs, seconds: n.seconds };
     let run = Run {
         outcome: if report.outcome == Outcome::Baked { "baked" } else { "not met" },
         seconds: report.seconds,
         peak_memory_bytes: report.peak_memory,
         hits: report.hits(),
         runs: report.runs(),
-        nodes: report.nodes.iter().map(|n| (n.name.as_str(), node(n))).collect(),
+        nodes: Nodes(&report.nodes),
     };
     let mut out = serde_json::to_vec_pretty(&run).unwrap_or_default();
     out.push(b'\n');

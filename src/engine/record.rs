@@ -268,15 +268,4 @@ impl BakeRecord {
     pub fn node(&self, name: &str) -> Option<&NodeTrace> {
         self.nodes.iter().find(|n| n.name == name)
     }
-
-    /// Equal in everything but time and what ran: such a bake needs no record of its own.
-    pub fn same_result(&self, other: &Self) -> bool {
-        let node = |a: &NodeTrace, b: &NodeTrace| {
-            a.name == b.name && a.key == b.key && a.variant == b.variant && a.outputs == b.outputs
-        };
-        self.nodes.len() == other.nodes.len()
-            && self.nodes.iter().zip(&other.nodes).all(|(a, b)| node(a, b))
-            && self.files == other.files
-            && self.measured == other.measured
-    }
 }

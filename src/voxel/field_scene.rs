@@ -67,7 +67,7 @@ fn voxel_of<'a>(mesh: &'a VoxelMesh, lattice: &Lattice, v: [i32; 3], size: [u32;
         return Some(&mesh.voxels[i]);
     }
     let p = DVec3::new(f64::from(v[0]) / 4.0, f64::from(v[1]) / 4.0, f64::from(v[2]));
-    lattice.nearest(p, 1).found().first().map(|f| &mesh.voxels[f.1 as usize])
+    lattice.nearest(p, DVec3::ONE, 1).found().first().map(|f| &mesh.voxels[f.1 as usize])
 }
 
 #[cfg(test)]

@@ -58,11 +58,12 @@ pub fn centre(v: &Voxel) -> DVec3 {
     DVec3::new(f64::from(v.x) + 0.5, f64::from(v.y) + 0.5, f64::from(v.layer))
 }
 
-/// The nearest `n` of a few voxels in any order, by looking at all.
-pub fn nearest_of_few(voxels: &[Voxel], p: DVec3, n: usize) -> Nearest {
+/// The nearest `n` of a few voxels in any order, by looking at all; `weight` as in [`Lattice::nearest`].
+pub fn nearest_of_few(voxels: &[Voxel], p: DVec3, weight: DVec3, n: usize) -> Nearest {
     let mut best = Nearest::new(n);
     for (i, v) in voxels.iter().enumerate() {
-        best.insert(centre(v).distance_squared(p), i as u32);
+        let d = centre(v) - p;
+        best.insert(weight.z * (d.z * d.z) + weight.y * (d.y * d.y) + weight.x * (d.x * d.x), i as u32);
     }
     best
 }
@@ -127,8 +128,9 @@ impl<'a> Lattice<'a> {
         Self { voxels, layers, rows }
     }
 
-    /// The `n` nearest voxels of `p` (x, y in pixels, z the layer); fewer only where there are fewer.
-    pub fn nearest(&self, p: DVec3, n: usize) -> Nearest {
+    /// The `n` nearest voxels of `p` (x, y in pixels, z the layer) where a squared distance is the sum of the axes'
+    /// squared distances, each times its `weight` (> 0); fewer only where there are fewer.
+    pub fn nearest(&self, p: DVec3, weight: DVec3, n: usize) -> Nearest {
         let square = |d: f64| d * d;
         let layers = &self.layers[..self.layers.len() - 1];
         let start = layers.partition_point(|l| f64::from(l.0) < p.z);
@@ -136,7 +138,7 @@ impl<'a> Lattice<'a> {
         outwards(
             &mut best,
             (start, 0, layers.len()),
-            |l| square(f64::from(layers[l].0) - p.z),
+            |l| weight.z * square(f64::from(layers[l].0) - p.z),
             Nearest::worst,
             |best, l, dz| {
                 let range = (self.layers[l].1 as usize, self.layers[l + 1].1 as usize);
@@ -144,7 +146,7 @@ impl<'a> Lattice<'a> {
                 outwards(
                     best,
                     (start, range.0, range.1),
-                    |r| dz + square(f64::from(self.rows[r].0) + 0.5 - p.y),
+                    |r| dz + weight.y * square(f64::from(self.rows[r].0) + 0.5 - p.y),
                     Nearest::worst,
                     |best, r, dyz| {
                         let range = (self.rows[r].1 as usize, self.rows[r + 1].1 as usize);
@@ -152,7 +154,7 @@ impl<'a> Lattice<'a> {
                         outwards(
                             best,
                             (start, range.0, range.1),
-                            |v| dyz + square(f64::from(self.voxels[v].x) + 0.5 - p.x),
+                            |v| dyz + weight.x * square(f64::from(self.voxels[v].x) + 0.5 - p.x),
                             Nearest::worst,
                             |best, v, d2| best.insert(d2, v as u32),
                         );
@@ -176,6 +178,7 @@ mod tests {
             places in prop::collection::btree_set((0..6u16, 0..12u16, 0..12u16), 1..80),
             p in (-3.0..15.0f64, -3.0..15.0f64, -3.0..9.0f64),
             snap in any::<bool>(),
+            weight in prop::array::uniform3(prop::sample::select(vec![0.0625, 1.0, 4.0])),
             n in 1..6usize,
         ) {
             let voxels: Vec<_> = places.iter().map(|&(l, y, x)| voxel(x, y, l, [0; 3])).collect();
@@ -183,10 +186,13 @@ mod tests {
             if snap {
                 p = (p * 2.0).round() / 2.0;
             }
-            let fast = Lattice::new(&voxels).nearest(p, n);
+            let weight = DVec3::from(weight);
+            let fast = Lattice::new(&voxels).nearest(p, weight, n);
+            let few = nearest_of_few(&voxels, p, weight, n);
+            prop_assert_eq!(few.found().len(), fast.found().len());
             let mut slow: Vec<_> = voxels.iter().enumerate().map(|(i, v)| {
                 let d = centre(v) - p;
-                (d.z * d.z + d.y * d.y + d.x * d.x, i as u32)
+                (weight.z * (d.z * d.z) + weight.y * (d.y * d.y) + weight.x * (d.x * d.x), i as u32)
             }).collect();
             slow.sort_by(|a, b| a.partial_cmp(b).unwrap());
             slow.truncate(n);
@@ -196,12 +202,13 @@ mod tests {
             }
             if snap {
                 prop_assert_eq!(fast.found(), &slow[..]);
+                prop_assert_eq!(few.found(), &slow[..]);
             }
         }
     }
 
     #[test]
     fn nothing_to_find() {
-        assert!(Lattice::new(&[]).nearest(DVec3::ZERO, 4).found().is_empty());
+        assert!(Lattice::new(&[]).nearest(DVec3::ZERO, DVec3::ONE, 4).found().is_empty());
     }
 }

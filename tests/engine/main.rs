@@ -261,7 +261,10 @@ fn relations_bring_only_neighbours_into_the_key() {
     };
     let names = json!({ "a": ["b"], "b": ["a", "c"] });
     ok(&t.bake(&build([1, 2, 3], names.clone())));
-    assert_eq!((t.file("a.txt"), t.file("b.txt"), t.file("c.txt")), ("1002\n".into(), "2004\n".into(), "3000\n".into()));
+    assert_eq!(
+        (t.file("a.txt"), t.file("b.txt"), t.file("c.txt")),
+        ("1002\n".into(), "2004\n".into(), "3000\n".into())
+    );
     let r = t.bake(&build([1, 2, 4], names));
     assert_eq!(counts(ok(&r))["around"], (1, 2), "a does not neighbour c");
     let r = t.bake(&build([1, 2, 4], json!({ "a": ["q"] })));
@@ -322,7 +325,8 @@ fn only_force_dry_run_and_audit() {
     let t = Bench::new();
     let plan = squares(&[1, 2, 3], 0);
     let r = t.bake_with(&plan, |o| o.dry_run = true);
-    let forecast = |r: &Report| r.nodes.iter().map(|n| format!("{:?}", n.forecast.unwrap())).collect::<Vec<_>>().join(" ");
+    let forecast =
+        |r: &Report| r.nodes.iter().map(|n| format!("{:?}", n.forecast.unwrap())).collect::<Vec<_>>().join(" ");
     assert_eq!(forecast(&r), "Runs MayRun MayRun MayRun");
     assert!(!t.path("cache").exists() && !t.path("out").exists());
     let r = t.bake_with(&plan, |o| o.only = vec!["square".into()]);
@@ -448,7 +452,10 @@ fn why_tells_the_chain_up_to_the_cause() {
     let plan = squares(&[1, 5, 3], 0);
     t.bake(&plan);
     let text = say(&plan, "sum");
-    assert!(text.contains("sum ran: input `items`") && text.contains("n1") && text.contains("parameter values"), "{text}");
+    assert!(
+        text.contains("sum ran: input `items`") && text.contains("n1") && text.contains("parameter values"),
+        "{text}"
+    );
     let text = say(&plan, "square/n1");
     let expect = "square/n1 ran: input `value` changed (element `n1` changed) ← list ran: parameter values[1] changed from 2 to 5";
     assert_eq!(text, expect);

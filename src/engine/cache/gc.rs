@@ -267,9 +267,5 @@ fn files(cache: &Path, claim: Option<SystemTime>, kept: impl Fn(&Digest) -> bool
             }
         }
     }
-    for entry in fs::read_dir(cache.join("locks"))? {
-        // Taking and dropping a lock that nobody holds removes its file.
-        drop(lock::Lock::take(entry?.path())?);
-    }
     Ok(())
 }

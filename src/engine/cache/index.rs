@@ -88,7 +88,7 @@ pub fn empty(cache: &Path) -> Result<Connection, EngineError> {
 pub fn set_aside(cache: &Path) -> Result<(), EngineError> {
     let fail = |e: io::Error| EngineError::cache(cache, e);
     let lock = loop {
-        match Lock::take(cache.join("index.lock")).map_err(fail)? {
+        match Lock::take(&cache.join("index.lock")).map_err(fail)? {
             Some(lock) => break lock,
             None => std::thread::sleep(Duration::from_millis(20)),
         }

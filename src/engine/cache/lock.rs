@@ -4,30 +4,28 @@
 
 use crate::engine::hash::Digest;
 use std::{
+    collections::BTreeMap,
     fs::{self, File, TryLockError},
     io,
-    path::{Path, PathBuf},
+    path::Path,
+    sync::{Arc, Weak},
     time::SystemTime,
 };
 
-/// A held lock; free when dropped.
+/// Keys share this many lock files: making and removing a file per key costs more than most runs. Two keys that share
+/// one wait for each other across processes, and for nothing within one.
+const SHARDS: u32 = 1024;
+
+/// A held lock; free when dropped. Its file stays.
 #[derive(Debug)]
-pub struct Lock {
-    file: File,
-    path: PathBuf,
-}
+pub struct Lock(File);
 
 impl Lock {
-    /// Takes the lock of a key; `None` while another process holds it.
-    pub fn key(cache: &Path, key: &Digest) -> io::Result<Option<Self>> {
-        Self::take(cache.join("locks").join(key.hex()))
-    }
-
     /// Takes the lock at `path`; `None` while another holds it.
-    pub fn take(path: PathBuf) -> io::Result<Option<Self>> {
-        let file = File::options().create(true).truncate(false).write(true).open(&path)?;
+    pub fn take(path: &Path) -> io::Result<Option<Self>> {
+        let file = File::options().create(true).truncate(false).write(true).open(path)?;
         match file.try_lock() {
-            Ok(()) => Ok(Some(Self { file, path })),
+            Ok(()) => Ok(Some(Self(file))),
             Err(TryLockError::WouldBlock) => Ok(None),
             Err(TryLockError::Error(e)) => Err(e),
         }
@@ -36,36 +34,52 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // Removed before it is freed. Who opened it in between holds a lock that nobody sees: it then does work that
-        // another may do too, and nothing worse.
-        let _ = fs::remove_file(&self.path);
-        let _ = self.file.unlock();
+        // Closing frees it in any case.
+        let _ = self.0.unlock();
     }
 }
 
-/// Marks this process's bake as alive until dropped.
+/// A key's lock, shared by all runs of this process whose keys have the same file.
+pub type KeyLock = Arc<Lock>;
+
+/// The key locks that this process holds.
+#[derive(Default)]
+pub struct KeyLocks(BTreeMap<u32, Weak<Lock>>);
+
+impl KeyLocks {
+    /// Takes the lock of a key; `None` while another process holds it.
+    pub fn take(&mut self, cache: &Path, key: &Digest) -> io::Result<Option<KeyLock>> {
+        let [a, b, c, d, ..] = key.0;
+        let shard = u32::from_le_bytes([a, b, c, d]) % SHARDS;
+        if let Some(held) = self.0.get(&shard).and_then(Weak::upgrade) {
+            return Ok(Some(held));
+        }
+        let Some(lock) = Lock::take(&cache.join("locks").join(format!("{shard:03x}")))? else { return Ok(None) };
+        let lock = Arc::new(lock);
+        self.0.insert(shard, Arc::downgrade(&lock));
+        Ok(Some(lock))
+    }
+}
+
+/// Marks this process's bake as alive until dropped: the lock of the first free mark, stamped with this moment.
 pub fn claim(cache: &Path) -> io::Result<Lock> {
+    let mut n = 0;
     loop {
-        let name = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |d| d.as_nanos());
-        let path = cache.join("claims").join(format!("{}-{name}", std::process::id()));
-        // A sweep may hold the new file for the moment in which it looks whether its process lives.
-        if let Some(lock) = Lock::take(path)? {
+        if let Some(lock) = Lock::take(&cache.join("claims").join(n.to_string()))? {
+            lock.0.set_modified(SystemTime::now())?;
             return Ok(lock);
         }
+        n += 1;
     }
 }
 
-/// When the oldest living bake began; `None` where none lives. Removes the marks of the dead.
+/// When the oldest living bake began; `None` where none lives.
 pub fn oldest_claim(cache: &Path) -> io::Result<Option<SystemTime>> {
     let mut oldest = None;
     for entry in fs::read_dir(cache.join("claims"))? {
         let entry = entry?;
-        let began = match entry.metadata() {
-            Ok(meta) => meta.modified()?,
-            Err(e) if e.kind() == io::ErrorKind::NotFound => continue,
-            Err(e) => return Err(e),
-        };
-        if Lock::take(entry.path())?.is_none() {
+        if Lock::take(&entry.path())?.is_none() {
+            let began = entry.metadata()?.modified()?;
             oldest = Some(oldest.map_or(began, |o: SystemTime| o.min(began)));
         }
     }

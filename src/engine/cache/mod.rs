@@ -23,7 +23,7 @@ use super::{
 };
 use blob::Blobs;
 use files::{Stamp, nanoseconds};
-use lock::Lock;
+use lock::{KeyLock, KeyLocks, Lock};
 use rusqlite::{Connection, OptionalExtension as _, params};
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -69,7 +69,7 @@ struct Pending {
     used_runs: Vec<Digest>,
     used_maps: Vec<Digest>,
     /// Freed once the rows that they protect are written.
-    locks: Vec<Lock>,
+    locks: Vec<KeyLock>,
     count: usize,
 }
 
@@ -86,6 +86,7 @@ pub struct Cache {
     /// When this bake began, in seconds since 1970.
     began: i64,
     writable: bool,
+    locks: KeyLocks,
     _claim: Option<Lock>,
     /// Damage met, to be told once.
     pub warnings: Vec<String>,
@@ -118,6 +119,7 @@ impl Cache {
             explained: BTreeSet::new(),
             began: seconds(),
             writable,
+            locks: KeyLocks::default(),
             _claim: claim,
             warnings: Vec::new(),
         })
@@ -129,6 +131,11 @@ impl Cache {
 
     pub fn blobs(&self) -> &Blobs {
         &self.blobs
+    }
+
+    /// Takes the lock of a key; `None` while another process holds it.
+    pub fn lock(&mut self, key: &Digest) -> Result<Option<KeyLock>, EngineError> {
+        self.locks.take(&self.root, key).map_err(|e| EngineError::cache(&self.root, e))
     }
 
     fn sql(&self, e: &rusqlite::Error) -> EngineError {
@@ -242,7 +249,7 @@ impl Cache {
         key: Digest,
         record: Arc<RunRecord>,
         values: Vec<NewValue>,
-        lock: Option<Lock>,
+        lock: Option<KeyLock>,
     ) -> Result<(), EngineError> {
         for v in values {
             self.verified.insert(v.hash);
@@ -296,7 +303,7 @@ impl Cache {
             self.db.execute_batch("BEGIN IMMEDIATE")?;
             let now = seconds();
             let db = &self.db;
-            let mut s = db.prepare_cached("INSERT OR REPLACE INTO value VALUES(?1, ?2, ?3)")?;
+            let mut s = db.prepare_cached("INSERT OR IGNORE INTO value VALUES(?1, ?2, ?3)")?;
             for (hash, (size, data)) in &pending.values {
                 s.execute(params![&hash.0[..], *size as i64, data.as_ref().map(|d| &d[..])])?;
             }

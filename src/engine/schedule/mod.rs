@@ -6,6 +6,7 @@
 
 mod held;
 mod open;
+mod read;
 mod settle;
 mod start;
 mod task;
@@ -14,7 +15,7 @@ pub use task::panic_text;
 
 use super::{
     bake::{Failure, Forecast, Options},
-    cache::{Cache, lock::Lock},
+    cache::{Cache, lock::KeyLock},
     elements::{Binding, Rows},
     error::EngineError,
     events::{Event, Events},
@@ -122,7 +123,7 @@ struct Run {
     /// Lost inputs that are being made again.
     missing: usize,
     waiters: Vec<Waiter>,
-    lock: Option<Lock>,
+    lock: Option<KeyLock>,
     /// Bytes reserved while it runs.
     memory: u64,
 }
@@ -185,6 +186,8 @@ pub struct Schedule<'a> {
     previous: &'a BakeRecord,
     /// Made when a node does not stand where it stood.
     previous_by_name: std::cell::OnceCell<BTreeMap<&'a str, usize>>,
+    /// Per kind: the hash of its share of keys, and its source parameters.
+    kinds: BTreeMap<&'static str, (Digest, Vec<&'a str>)>,
     trust: Trust,
     forced: BTreeSet<usize>,
     jobs: usize,
@@ -254,6 +257,7 @@ impl<'a> Schedule<'a> {
             profile: s.profile,
             previous: s.previous,
             previous_by_name: std::cell::OnceCell::new(),
+            kinds: BTreeMap::new(),
             trust: s.trust,
             forced: s.forced,
             jobs: s.jobs,

@@ -1,19 +1,18 @@
 //! Opening a node: all that it reads is settled, so its key is known. Either the cache has it as a whole, or it is
 //! split into runs, of which only those that the index does not have remain to be done.
 
-use super::{Broken, Cause, Forecast, NodeState, Output, Run, RunId, Schedule, State, Trust, Waiter, task};
+use super::{Broken, Cause, Forecast, NodeState, Output, Run, RunId, Schedule, State, Trust, Waiter, read::tables};
 use crate::engine::{
     bake::Failure,
-    elements::{self, Binding, Feed, Rows, Taken, Via},
+    elements::{self, Binding, Feed, Taken, Via},
     error::EngineError,
     events::Event,
     hash::Digest,
     key,
-    node::PortSpec,
     plan::{OutputRef, Relation},
-    record::{MapRecord, NodeTrace, RunRecord},
+    record::{NodeTrace, RunRecord},
     source,
-    value::{PortOut, Row, ValueRef, join, list_hash, shown},
+    value::shown,
 };
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -32,9 +31,10 @@ impl Schedule<'_> {
             return self.finish(n);
         }
         let spec = node.kind.spec();
-        let names = key::source_params(spec);
+        let (share, names) = self.kinds.entry(spec.name).or_insert_with(|| (key::kind(spec), key::source_params(spec)));
+        let share = *share;
         if !names.is_empty() {
-            match source::sources(spec, &node.params, &names, self.cache) {
+            match source::sources(spec, &node.params, names, self.cache) {
                 Ok(found) => {
                     self.nodes[n].source_keys = found.keys;
                     self.nodes[n].roots = found.roots;
@@ -43,7 +43,7 @@ impl Schedule<'_> {
             }
         }
         let state = &self.nodes[n];
-        let fixed = key::fixed(spec, &node.params, &state.source_keys);
+        let fixed = key::fixed(share, &node.params, &state.source_keys);
         let mut inputs: Vec<Option<Digest>> =
             node.inputs.iter().map(|input| input.from.map(|from| self.output(from).hash)).collect();
         let mapped = !node.axes.is_empty();
@@ -54,13 +54,15 @@ impl Schedule<'_> {
                 inputs.extend(self.outer(n, i).map(|outer| Some(self.output(outer).hash)));
             }
         }
-        let whole = (0..node.inputs.len()).all(|i| elements::takes_all(node, i));
         let state = &mut self.nodes[n];
         state.fixed = fixed;
         state.key =
             if mapped { key::map(fixed, &inputs, &elements::shape(node)) } else { key::run(fixed, &inputs, None) };
         state.inputs = inputs;
-        debug_assert!(mapped || whole, "a node without axes takes whole lists");
+        debug_assert!(
+            mapped || (0..node.inputs.len()).all(|i| elements::takes_all(node, i)),
+            "a node without axes takes whole lists"
+        );
         let forced = self.forced.contains(&n);
         if broken.is_empty() && !forced && self.options.audit == 0.0 && self.trust == Trust::Nodes {
             if let Some(trace) = self.previous_trace(n).filter(|t| believable(t, &self.nodes[n], mapped)) {
@@ -125,9 +127,10 @@ impl Schedule<'_> {
         };
         let mut unmet = broken.clone();
         for (at, name) in names.into_iter().enumerate() {
-            let parts: Vec<&str> = name.split(crate::engine::value::JOIN).collect();
-            let hit =
-                |b: &Broken| node.axes.iter().zip(&parts).all(|(axis, part)| b.get(axis).is_none_or(|x| x == part));
+            let hit = |b: &Broken| {
+                let mut parts = node.axes.iter().zip(name.split(crate::engine::value::JOIN));
+                parts.all(|(axis, part)| b.get(axis).is_none_or(|x| x == part))
+            };
             if broken.iter().any(hit) {
                 unmet.retain(|b| !hit(b));
                 self.add_run(n, name, Digest::default(), State::Skipped, Cause::Missing, None);
@@ -201,7 +204,7 @@ impl Schedule<'_> {
         (word as f64 / u64::MAX as f64) < self.options.audit
     }
 
-    fn add_run(
+    pub(super) fn add_run(
         &mut self,
         n: usize,
         name: Arc<str>,
@@ -323,109 +326,6 @@ impl Schedule<'_> {
         }))
     }
 
-    /// Reads one value on this thread: relations and files to publish, which are small or wanted at once.
-    /// The inner error says how it is lost.
-    pub fn fetch(
-        &mut self,
-        hash: Digest,
-        spec: &PortSpec,
-    ) -> Result<Result<crate::engine::node::Data, String>, EngineError> {
-        if let Some(data) = self.held.get(&hash) {
-            return Ok(Ok(data));
-        }
-        let Some(stored) = self.cache.value(&hash)? else {
-            return Ok(Err("it is no longer in the cache".to_owned()));
-        };
-        let load = task::Load::new(hash, stored, self.cache.is_verified(&hash), false);
-        match task::fetch(&load, spec, self.cache.blobs()) {
-            Ok((data, _)) => {
-                self.cache.mark_verified(hash);
-                Ok(Ok(data))
-            }
-            Err(task::FetchError::Bad(what)) => Ok(Err(what)),
-            Err(task::FetchError::Other(task::TaskError::Cache(e) | task::TaskError::Failed(e))) => {
-                Err(EngineError::cache(self.cache.root(), e))
-            }
-            Err(task::FetchError::Other(_)) => Err(EngineError::Interrupted),
-        }
-    }
-
-    /// The rows of an output of a settled node.
-    pub fn rows(&mut self, from: OutputRef) -> Result<Rows, EngineError> {
-        let (n, port) = (from.node.0 as usize, from.port as usize);
-        if let Some(rows) = &self.nodes[n].outputs[port].rows {
-            return Ok(rows.clone());
-        }
-        let output = &self.nodes[n].outputs[port];
-        let rows: Rows = match output.size {
-            Some(size) => Arc::new(vec![Row { name: "".into(), value: ValueRef { hash: output.hash, size } }]),
-            None => {
-                self.load_rows(n)?;
-                self.nodes[n].outputs[port].rows.clone().unwrap_or_default()
-            }
-        };
-        self.nodes[n].outputs[port].rows = Some(rows.clone());
-        Ok(rows)
-    }
-
-    /// Loads the lists of a node that was believed as a whole.
-    fn load_rows(&mut self, n: usize) -> Result<(), EngineError> {
-        let key = self.nodes[n].key;
-        let ports = self.nodes[n].outputs.len();
-        let loaded = if self.plan.nodes[n].axes.is_empty() {
-            let record = self.look_up(n, &key)?;
-            record.map(|(_, record)| tables(ports, [("", &record.outputs[..])].into_iter()))
-        } else {
-            let record = self.cache.map(&key)?;
-            record.map(|r| tables(ports, r.rows.iter().map(|r| (&*r.name, &r.outputs[..]))))
-        };
-        let gone = || EngineError::Again(format!("the cache no longer holds what it said of {}", self.name(n)));
-        let loaded = loaded.ok_or_else(gone)?;
-        let same = loaded.iter().zip(&self.nodes[n].outputs).all(|(a, b)| a.hash == b.hash);
-        if !same {
-            return Err(gone());
-        }
-        self.nodes[n].outputs = loaded;
-        Ok(())
-    }
-
-    /// Gives a node that was believed as a whole its runs, all hits, so that one of them can be made again.
-    pub(super) fn expand_known(&mut self, n: usize) -> Result<(), EngineError> {
-        if !self.bind(n)? {
-            return Err(EngineError::Again(format!("a relation above {} is lost too", self.name(n))));
-        }
-        if !self.nodes[n].runs.is_empty() {
-            return Ok(());
-        }
-        let hits = self.nodes[n].hits;
-        if self.plan.nodes[n].axes.is_empty() {
-            let mut outputs = Vec::new();
-            for (port, spec) in self.plan.nodes[n].kind.spec().outputs.iter().enumerate() {
-                let rows = self.rows(OutputRef { node: crate::engine::plan::NodeId(n as u32), port: port as u32 })?;
-                outputs.push(match spec.arity {
-                    crate::engine::node::Arity::Many { .. } => {
-                        PortOut::Many(rows.iter().map(|r| (r.name.to_string(), r.value)).collect())
-                    }
-                    _ => PortOut::One(rows[0].value),
-                });
-            }
-            let key = self.nodes[n].key;
-            let id = self.add_run(n, "".into(), key, State::Hit, Cause::Missing, None);
-            self.run_mut(id).outputs = outputs;
-        } else {
-            let key = self.nodes[n].key;
-            let name = self.name(n);
-            let gone = || EngineError::Again(format!("the cache no longer holds the map of {name}"));
-            let record: MapRecord = self.cache.map(&key)?.ok_or_else(gone)?;
-            for row in record.rows {
-                let id = self.add_run(n, row.name.into(), row.key, State::Hit, Cause::Missing, None);
-                self.run_mut(id).outputs = row.outputs;
-            }
-        }
-        self.nodes[n].hits = hits;
-        Ok(())
-    }
-
     fn producers(&self, n: usize) -> impl Iterator<Item = usize> {
         let inputs = self.plan.nodes[n].inputs.iter();
         inputs.flat_map(|input| [input.from, input.via]).flatten().map(|from| from.node.0 as usize)
@@ -467,35 +367,6 @@ impl Schedule<'_> {
 /// Whether the last bake's word on a node can stand for the index.
 fn believable(trace: &NodeTrace, state: &NodeState, mapped: bool) -> bool {
     trace.key == state.key && trace.mapped == mapped && trace.variant == Digest::default()
-}
-
-/// A mapped node's outputs from those of its runs, in the order of their names.
-pub(super) fn tables<'a>(ports: usize, runs: impl Iterator<Item = (&'a str, &'a [PortOut])>) -> Vec<Output> {
-    let mut rows: Vec<Vec<Row>> = vec![Vec::new(); ports];
-    let mut single = None;
-    for (name, outputs) in runs {
-        for (port, out) in outputs.iter().enumerate().take(ports) {
-            match out {
-                PortOut::One(value) => {
-                    rows[port].push(Row { name: name.into(), value: *value });
-                    single = single.or(name.is_empty().then_some(()));
-                }
-                PortOut::Many(list) => {
-                    rows[port].extend(list.iter().map(|(n, v)| Row { name: join(name, n).into(), value: *v }));
-                }
-            }
-        }
-    }
-    let table = |rows: Vec<Row>| {
-        if let (Some(()), [Row { name, value }]) = (single, &rows[..])
-            && name.is_empty()
-        {
-            return Output { hash: value.hash, size: Some(value.size), rows: Some(Arc::new(rows)) };
-        }
-        let hash = list_hash(rows.iter().map(|r| (&*r.name, r.value.hash)));
-        Output { hash, size: None, rows: Some(Arc::new(rows)) }
-    };
-    rows.into_iter().map(table).collect()
 }
 
 /// Stored bytes that reach a task through each port.

@@ -1,12 +1,12 @@
 //! Settling: what an answer means for its run, its node, and those who wait.
 
-use super::{Broken, Cause, Forecast, NodeState, RunId, Schedule, State, Waiter, open::tables, task};
+use super::{Broken, Cause, Forecast, NodeState, RunId, Schedule, State, Waiter, read::tables, task};
 use crate::engine::{
     bake::Failure,
     error::EngineError,
     events::Event,
     hash::Digest,
-    key::{self, Explain, SourceKey},
+    key::{self, SourceKey},
     plan::OutputRef,
     record::{MapRecord, MapRow, NodeTrace, RunRecord, TraceOut},
     value::{JOIN, shown},
@@ -89,7 +89,7 @@ impl Schedule<'_> {
                     *hash = *read;
                 }
             }
-            self.nodes[n].fixed = key::fixed(node.kind.spec(), &node.params, &self.nodes[n].source_keys);
+            self.nodes[n].fixed = key::fixed(key::kind(node.kind.spec()), &node.params, &self.nodes[n].source_keys);
             if !node.axes.is_empty() {
                 return Err(EngineError::Again(format!("a file of {} changed while it ran", self.name(n))));
             }
@@ -123,11 +123,7 @@ impl Schedule<'_> {
             return self.fail(id, message.to_owned());
         }
         let (fixed, keys) = (self.nodes[n].fixed, &self.nodes[n].source_keys);
-        self.cache.put_fixed(fixed, || {
-            let mut explain = Explain::default();
-            key::fixed_fields(node.kind.spec(), &node.params, keys, &mut explain);
-            explain.0
-        });
+        self.cache.put_fixed(fixed, || key::explain(node.kind.spec(), &node.params, keys));
         self.cache.put_run(key, Arc::new(record), made.values, lock)?;
         self.note_reads(id, variant, reads);
         if cause == Cause::Lost {
@@ -302,11 +298,7 @@ impl Schedule<'_> {
                 };
                 let (key, fixed) = (node.key, node.fixed);
                 let keys = &self.nodes[n].source_keys;
-                self.cache.put_fixed(fixed, || {
-                    let mut explain = Explain::default();
-                    key::fixed_fields(plan.kind.spec(), &plan.params, keys, &mut explain);
-                    explain.0
-                });
+                self.cache.put_fixed(fixed, || key::explain(plan.kind.spec(), &plan.params, keys));
                 self.cache.put_map(key, &record)?;
             }
         }
@@ -367,6 +359,17 @@ impl Schedule<'_> {
             outputs: node.outputs.iter().map(|o| TraceOut { hash: o.hash, size: o.size }).collect(),
             warnings: node.warnings.clone(),
         })
+    }
+
+    /// Whether the last bake's record, at the same place, already says all there is to say of node `n`.
+    pub fn is_unchanged(&self, n: usize) -> bool {
+        let node = &self.nodes[n];
+        let same = |t: &NodeTrace| {
+            t.name == self.name(n)
+                && (!node.wanted
+                    || node.state == State::Hit && t.key == node.key && (t.variant == node.variant || node.reads))
+        };
+        self.previous.nodes.get(n).is_some_and(same)
     }
 
     /// What the last bake's record said of node `n`, for a bake that did not come to it.

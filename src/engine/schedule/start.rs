@@ -1,9 +1,7 @@
 //! Starting runs: a slot, memory, the key's lock, one more look at the index, the inputs' bytes, and off.
 
 use super::{Cause, Run, RunId, Schedule, State, Waiter, open::sizes, task};
-use crate::engine::{
-    cache::lock::Lock, elements::Taken, error::EngineError, hash::Digest, plan::OutputRef, value::shown,
-};
+use crate::engine::{elements::Taken, error::EngineError, hash::Digest, plan::OutputRef, value::shown};
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
     sync::Arc,
@@ -73,8 +71,7 @@ impl Schedule<'_> {
             return Ok(false);
         }
         if self.run_mut(id).lock.is_none() {
-            let lock = Lock::key(self.cache.root(), &key).map_err(|e| EngineError::cache(self.cache.root(), e))?;
-            let Some(lock) = lock else {
+            let Some(lock) = self.cache.lock(&key)? else {
                 self.run_mut(id).state = State::Elsewhere;
                 self.elsewhere.push(id);
                 return Ok(false);
@@ -103,7 +100,7 @@ impl Schedule<'_> {
         self.polled = Instant::now();
         for id in std::mem::take(&mut self.elsewhere) {
             let key = self.run_mut(id).key;
-            match Lock::key(self.cache.root(), &key).map_err(|e| EngineError::cache(self.cache.root(), e))? {
+            match self.cache.lock(&key)? {
                 None => self.elsewhere.push(id),
                 Some(lock) => {
                     // The index is asked again when it starts. Until then the lock is not needed: at most `jobs` are

@@ -24,17 +24,17 @@ impl<'a> Source<'a> {
         if voxels.len() < FEW { Self::Few(voxels) } else { Self::Many(voxels, Lattice::new(voxels)) }
     }
 
-    fn nearest(&self, p: DVec3, n: usize) -> (&'a [Voxel], Nearest) {
+    fn nearest(&self, p: DVec3, weight: DVec3, n: usize) -> (&'a [Voxel], Nearest) {
         match self {
-            Self::Few(v) => (v, lattice::nearest_of_few(v, p, n)),
-            Self::Many(v, lattice) => (v, lattice.nearest(p, n)),
+            Self::Few(v) => (v, lattice::nearest_of_few(v, p, weight, n)),
+            Self::Many(v, lattice) => (v, lattice.nearest(p, weight, n)),
         }
     }
 
     /// sRGB colour and world normal at a place: the `n` nearest voxels weighted by 1/(d² + ε²), averaged in linear
-    /// light; one voxel's own bytes where all agree.
-    pub fn sample(&self, p: DVec3, n: usize) -> ([u8; 4], Vec3) {
-        let (voxels, nearest) = self.nearest(p, n);
+    /// light; one voxel's own bytes where all agree. Distances by `weight`, see [`Lattice::nearest`].
+    pub fn sample(&self, p: DVec3, weight: DVec3, n: usize) -> ([u8; 4], Vec3) {
+        let (voxels, nearest) = self.nearest(p, weight, n);
         let (mut colour, mut normal, mut sum) = (Vec3::ZERO, Vec3::ZERO, 0.0);
         let mut first = None;
         let mut alike = true;
@@ -75,8 +75,8 @@ mod tests {
     fn one_voxel_keeps_its_bytes() {
         let voxels = [voxel(3, 4, 1, [10, 200, 30]), voxel(5, 4, 1, [90, 0, 60])];
         let source = Source::new(&voxels);
-        assert_eq!(source.sample(DVec3::new(3.6, 4.4, 1.2), 1).0, [10, 200, 30, 255]);
-        let between = source.sample(DVec3::new(4.5, 4.5, 1.0), 2).0;
+        assert_eq!(source.sample(DVec3::new(3.6, 4.4, 1.2), DVec3::ONE, 1).0, [10, 200, 30, 255]);
+        let between = source.sample(DVec3::new(4.5, 4.5, 1.0), DVec3::ONE, 2).0;
         assert!(between[0] > 50 && between[0] < 90 && between[1] > 100, "{between:?}: half the light of both");
     }
 

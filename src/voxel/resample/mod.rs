@@ -137,6 +137,7 @@ fn texture(
     // Owned texels are looked up; the others take the colour of the nearest of those.
     const INSIDE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
     let width = size[0] as usize;
+    let weight = chart.axis.weight();
     let mut texels = vec![Looked::default(); width * size[1] as usize];
     texels.par_chunks_mut(width).enumerate().try_for_each(|(y, row)| {
         stop.check()?;
@@ -148,7 +149,7 @@ fn texture(
                 Some(own) if d < INSIDE => own,
                 _ => &from.whole,
             };
-            let (color, normal) = source.sample(p, settings.n);
+            let (color, normal) = source.sample(p, weight, settings.n);
             let c = ((normal + 1.0) * 127.5).round();
             *texel = Looked { known: true, color, normal: [c.x as u8, c.y as u8, c.z as u8, 255] };
         }
