@@ -15,3 +15,7 @@ pub mod voxel;
 
 #[path = "../nodes/mod.rs"]
 pub mod nodes;
+
+#[cfg(test)]
+#[path = "../benches/support/fields.rs"]
+mod sample_fields;

@@ -44,7 +44,7 @@ impl Solid {
     /// A house: front at layer `z`, `depth` layers deep, its back shrunk towards the picture's centre by `shrink` per layer.
     pub fn house(&mut self, x: [f64; 2], y: [f64; 2], z: f64, depth: f64, shrink: f64) {
         let centre = self.size.map(|s| f64::from(s) / 2.0);
-        let f = (1.0 - shrink).powi(depth as i32);
+        let f = libm::pow(1.0 - shrink, depth);
         let back =
             |x: f64, y: f64| [(centre[0] + (x - centre[0]) * f) - x, (centre[1] + (y - centre[1]) * f) - y, depth];
         let (w, h) = (x[1] - x[0], y[1] - y[0]);

@@ -106,7 +106,8 @@ pub fn kind_fields(spec: &KindSpec, v: &mut impl Visit) {
     v.field("key", Field::Len(KEY));
     v.field("kind", Field::Text(spec.name));
     v.field("version", Field::Int(spec.version.into()));
-    v.field("execution", Field::Text(execution(spec.native)));
+    let method = |(name, value): (&str, &str)| params.get(name).and_then(Value::as_str) == Some(value);
+    v.field("execution", Field::Text(execution(spec.native || spec.native_when.is_some_and(method))));
     for (side, ports) in [("input", &spec.inputs), ("output", &spec.outputs)] {
         v.field(side, Field::Len(ports.len() as u64));
         for port in ports {

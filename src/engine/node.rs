@@ -228,6 +228,8 @@ pub trait Node: Send + Sync + 'static {
     const VERSION: u32;
     /// True where `run` calls C, C++ or other code whose results may depend on target and CPU.
     const NATIVE: bool = false;
+    /// The parameter and its value with which alone the kind is `NATIVE`: one of several methods calls foreign code.
+    const NATIVE_WHEN: Option<(&'static str, &'static str)> = None;
     /// True where the element's name changes the result; it then enters the key.
     const USES_NAME: bool = false;
     /// Typed parameters; its doc comment documents the kind, its fields' comments the parameters.
@@ -250,6 +252,7 @@ pub struct KindSpec {
     pub name: &'static str,
     pub version: u32,
     pub native: bool,
+    pub native_when: Option<(&'static str, &'static str)>,
     pub uses_name: bool,
     pub inputs: Vec<PortSpec>,
     pub outputs: Vec<PortSpec>,
@@ -275,6 +278,7 @@ pub fn kind<N: Node>() -> Arc<dyn Kind> {
         name: N::KIND,
         version: N::VERSION,
         native: N::NATIVE,
+        native_when: N::NATIVE_WHEN,
         uses_name: N::USES_NAME,
         inputs: N::In::specs(),
         outputs: N::Out::specs(),

@@ -5,12 +5,9 @@ use super::{
     cover_mesh::{CoverError, cover_meshes},
     touch::{Toucher, centre, front_area, normal, point},
 };
-use crate::{math::Stop, voxel};
+use crate::{math::Stop, sample_fields as fields, voxel};
 use proptest::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-
-#[path = "../../benches/support/fields.rs"]
-mod fields;
 
 fn mesh(slices: &Slices, fields: &[&Field]) -> Vec<(String, VoxelMesh)> {
     cover_meshes(slices, fields, &Stop::default()).unwrap()

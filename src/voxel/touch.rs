@@ -77,10 +77,11 @@ impl Toucher {
 
     /// Whether the face touches the box around `c`.
     pub fn touches(&self, c: &Point) -> bool {
-        for i in 0..3 {
-            if c[i] < self.low[i] || c[i] > self.high[i] {
-                return false;
-            }
+        if c[0] < self.low[0] || c[0] > self.high[0] || c[1] < self.low[1] || c[1] > self.high[1] {
+            return false;
+        }
+        if c[2] < self.low[2] || c[2] > self.high[2] {
+            return false;
         }
         let n = &self.normal;
         if (n[0] * c[0] + n[1] * c[1] + n[2] * c[2] - self.offset).abs() > self.reach {

@@ -6,17 +6,15 @@ use super::{
 };
 use crate::{
     math::Stop,
+    sample_fields as fields,
     voxel::{
-        self, Across, Field, Side, Slices, VoxelMesh,
+        Across, Field, Side, Slices, VoxelMesh,
         cover_mesh::cover_meshes,
         touch::{Point, Toucher, centre, cover_unit, interval, normal, point},
     },
 };
 use proptest::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-
-#[path = "../../../benches/support/fields.rs"]
-mod fields;
 
 fn triangle(m: &VoxelMesh, f: usize) -> [Point; 3] {
     m.faces[f].map(|v| point(m.vertices[v as usize]))
@@ -217,7 +215,10 @@ fn literal(m: &VoxelMesh, factor: f64) -> Vec<[u32; 3]> {
         }
         let on_boundary: BTreeSet<u32> =
             count.iter().filter(|(_, n)| **n == 1).flat_map(|((a, b), _)| [*a, *b]).collect();
-        let length = |(a, b): (u32, u32)| (0..3).map(|i| (at(a)[i] - at(b)[i]).powi(2)).sum::<f64>();
+        let length = |(a, b): (u32, u32)| {
+            let (a, b) = (at(a), at(b));
+            (0..3).map(|i| (a[i] - b[i]) * (a[i] - b[i])).sum::<f64>()
+        };
         let mut edges: Vec<_> = count.keys().flat_map(|(a, b)| [(*a, *b), (*b, *a)]).collect();
         edges.retain(|e| !failed.contains(e));
         edges.sort_by(|a, b| length(*a).total_cmp(&length(*b)).then(a.cmp(b)));

@@ -250,9 +250,7 @@ impl Topology {
     /// Fills (part of) a hole: `faces` go into dead slots; each edge of theirs lies on the boundary or between two of them.
     pub fn fill(&mut self, slots: &[u32], faces: &[[u32; 3]]) {
         for (face, slot) in faces.iter().zip(slots) {
-            for i in 0..3 {
-                self.vertex[3 * *slot as usize + i] = face[i];
-            }
+            self.vertex[3 * *slot as usize..][..3].copy_from_slice(face);
         }
         let rim: Vec<([u32; 2], u32)> = faces
             .iter()
@@ -288,9 +286,7 @@ impl Topology {
         }
         self.corner[a as usize] = NONE;
         for (face, c) in faces.iter().zip(star) {
-            for i in 0..3 {
-                self.vertex[3 * (c / 3) as usize + i] = face[i];
-            }
+            self.vertex[3 * (c / 3) as usize..][..3].copy_from_slice(face);
         }
         self.link(faces, star.iter().map(|c| c / 3), &rim);
     }
