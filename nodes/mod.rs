@@ -6,12 +6,12 @@ mod field_scene;
 mod load_scene;
 mod make_scene;
 mod pack_atlas;
-mod render_slices;
+pub mod render_slices;
 mod resample;
 mod select_objects;
 mod split_objects;
 pub mod values;
-mod view_cell;
+pub mod view_cell;
 pub mod voxel_mesh;
 mod write_glb;
 

@@ -99,7 +99,7 @@ fn page(spec: &KindSpec, form: Form) -> String {
             let mut ty = types.get(name).map(Ty::describe).unwrap_or_default();
             if required.contains(name) {
                 ty += ", required";
-            } else if let Some(default) = schema.get("default").filter(|d| !d.is_null() && **d != Value::from("")) {
+            } else if let Some(default) = schema.get("default").filter(|d| !d.is_null() && d.as_str() != Some("")) {
                 ty += &format!(", default {default}");
             }
             let doc = schema.get("description").and_then(Value::as_str).unwrap_or_default();

@@ -106,8 +106,7 @@ pub fn kind_fields(spec: &KindSpec, v: &mut impl Visit) {
     v.field("key", Field::Len(KEY));
     v.field("kind", Field::Text(spec.name));
     v.field("version", Field::Int(spec.version.into()));
-    let method = |(name, value): (&str, &str)| params.get(name).and_then(Value::as_str) == Some(value);
-    v.field("execution", Field::Text(execution(spec.native || spec.native_when.is_some_and(method))));
+    v.field("execution", Field::Text(execution(spec.native)));
     for (side, ports) in [("input", &spec.inputs), ("output", &spec.outputs)] {
         v.field(side, Field::Len(ports.len() as u64));
         for port in ports {
@@ -123,7 +122,12 @@ pub fn kind_fields(spec: &KindSpec, v: &mut impl Visit) {
 }
 
 /// The parameters' share of the fixed part. `sources` gives what stands for each source parameter.
-pub fn param_fields(params: &Value, sources: &[(String, SourceKey)], v: &mut impl Visit) {
+/// A parameter that chooses native code brings the target and CPU with it (`native_when`).
+pub fn param_fields(spec: &KindSpec, params: &Value, sources: &[(String, SourceKey)], v: &mut impl Visit) {
+    let chosen = |(name, value): (&str, &str)| params.get(name).and_then(Value::as_str) == Some(value);
+    if !spec.native && spec.native_when.is_some_and(chosen) {
+        v.field("execution of the method", Field::Text(execution(true)));
+    }
     let mut path = String::from("parameter ");
     let Some(members) = params.as_object() else {
         return param(params, &mut path, v);
@@ -182,7 +186,7 @@ fn param(value: &Value, path: &mut String, v: &mut impl Visit) {
 pub fn explain(spec: &KindSpec, params: &Value, sources: &[(String, SourceKey)]) -> Vec<(String, String)> {
     let mut out = Explain::default();
     kind_fields(spec, &mut out);
-    param_fields(params, sources, &mut out);
+    param_fields(spec, params, sources, &mut out);
     out.0
 }
 
@@ -194,10 +198,10 @@ pub fn kind(spec: &KindSpec) -> Digest {
 }
 
 /// Hash of the fixed part; `kind` is the hash of the kind's share.
-pub fn fixed(kind: Digest, params: &Value, sources: &[(String, SourceKey)]) -> Digest {
+pub fn fixed(spec: &KindSpec, kind: Digest, params: &Value, sources: &[(String, SourceKey)]) -> Digest {
     let mut h = Hash::default();
     h.field("kind", Field::Digest(kind));
-    param_fields(params, sources, &mut h);
+    param_fields(spec, params, sources, &mut h);
     h.finish()
 }
 
@@ -320,7 +324,7 @@ mod tests {
         let params = golden.normalise(&params).unwrap();
         let spec = golden.spec();
         assert_eq!(source_params(spec), ["path"]);
-        let fixed = fixed(kind(spec), &params, &[("path".to_owned(), source.clone())]);
+        let fixed = fixed(spec, kind(spec), &params, &[("path".to_owned(), source.clone())]);
         run(fixed, &[Some(Digest::of(b"input")), None], None)
     }
 
@@ -375,7 +379,7 @@ mod tests {
         let golden = kind_of::<Golden>();
         let mut both = Both(Vec::new());
         kind_fields(golden.spec(), &mut both);
-        param_fields(&params, &sources, &mut both);
+        param_fields(golden.spec(), &params, &sources, &mut both);
         let told: Vec<String> = explain(golden.spec(), &params, &sources).into_iter().map(|(path, _)| path).collect();
         assert_eq!(told, both.0);
         for path in [

@@ -43,7 +43,7 @@ impl Schedule<'_> {
             }
         }
         let state = &self.nodes[n];
-        let fixed = key::fixed(share, &node.params, &state.source_keys);
+        let fixed = key::fixed(node.kind.spec(), share, &node.params, &state.source_keys);
         let mut inputs: Vec<Option<Digest>> =
             node.inputs.iter().map(|input| input.from.map(|from| self.output(from).hash)).collect();
         let mapped = !node.axes.is_empty();

@@ -89,7 +89,8 @@ impl Schedule<'_> {
                     *hash = *read;
                 }
             }
-            self.nodes[n].fixed = key::fixed(key::kind(node.kind.spec()), &node.params, &self.nodes[n].source_keys);
+            self.nodes[n].fixed =
+                key::fixed(node.kind.spec(), key::kind(node.kind.spec()), &node.params, &self.nodes[n].source_keys);
             if !node.axes.is_empty() {
                 return Err(EngineError::Again(format!("a file of {} changed while it ran", self.name(n))));
             }
