@@ -1,5 +1,7 @@
 //! farfield bakes distant geometry into image-based stand-ins.
 
+#![warn(clippy::unwrap_used)]
+
 pub mod array;
 pub mod atlas;
 pub mod certify;
