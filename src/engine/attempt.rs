@@ -104,7 +104,8 @@ impl Attempt<'_> {
             }
             outcome = Outcome::Interrupted;
         }
-        let nodes: Vec<NodeReport> = (0..plan.nodes.len()).filter(|n| self.wanted[*n]).map(|n| node(&schedule, n)).collect();
+        let nodes: Vec<NodeReport> =
+            (0..plan.nodes.len()).filter(|n| self.wanted[*n]).map(|n| node(&schedule, n)).collect();
         // A bake in which nothing changed has no record of its own.
         let news = !(0..plan.nodes.len()).all(|n| schedule.is_unchanged(n))
             || previous.nodes.len() != plan.nodes.len()

@@ -211,7 +211,8 @@ const ATTEMPTS: u32 = 4;
 fn named(plan: &Plan, names: &[String]) -> Result<Vec<usize>, EngineError> {
     let mut out = Vec::new();
     for name in names {
-        let inside = |node: &str| node.strip_prefix(name.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+        let inside =
+            |node: &str| node.strip_prefix(name.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
         let found = (0..plan.nodes.len()).filter(|i| inside(&plan.nodes[*i].name));
         let before = out.len();
         out.extend(found);

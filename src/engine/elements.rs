@@ -64,8 +64,18 @@ pub struct Binding {
 enum Port {
     Absent,
     /// Components of the element's name that make a row's name; `whole` where that is the element's name itself.
-    One { feed: Feed, columns: Vec<usize>, whole: bool },
-    Many { feed: Feed, columns: Vec<usize>, groups: Groups, many_all: bool, may_be_empty: bool },
+    One {
+        feed: Feed,
+        columns: Vec<usize>,
+        whole: bool,
+    },
+    Many {
+        feed: Feed,
+        columns: Vec<usize>,
+        groups: Groups,
+        many_all: bool,
+        may_be_empty: bool,
+    },
 }
 
 /// Rows by the part of their name that is not gathered: ranges of `order`, which is sorted by group, then name.
@@ -180,7 +190,7 @@ impl Binding {
         }
         let lenient = lenient || self.inner;
         // One-axis sides that are the same list need no join: that is nearly every node.
-        let mut sides: Vec<(Vec<usize>, Vec<Arc<str>>, &str)> = Vec::new();
+        let mut sides: Vec<OwnedSide> = Vec::new();
         for (port, name) in self.ports.iter().zip(&self.names) {
             let (columns, names) = match port {
                 Port::One { feed, columns, .. } if !columns.is_empty() => {
@@ -270,7 +280,11 @@ impl Binding {
                     None => group.iter().map(value).collect(),
                     Some(via) => {
                         let related = self.related(via, name, element, group)?;
-                        group.iter().filter(|(s, _)| related.contains(component(s, via.gathered_at))).map(value).collect()
+                        group
+                            .iter()
+                            .filter(|(s, _)| related.contains(component(s, via.gathered_at)))
+                            .map(value)
+                            .collect()
                     }
                 };
                 if list.is_empty() && !may_be_empty {
@@ -345,15 +359,16 @@ impl Binding {
     }
 }
 
+/// Axes as the node numbers them, names on these axes, and the port that they come from.
+type OwnedSide<'a> = (Vec<usize>, Vec<Arc<str>>, &'a str);
 type Side<'a> = (&'a [usize], &'a [Arc<str>], &'a str);
 
 /// Tuples that agree on the axes that both sides have. A name that one side lacks is an error unless `lenient`, or
 /// unless that side has further axes: its list below that name may be empty.
 fn natural_join(a: Side, b: Side, lenient: bool) -> Result<(Vec<usize>, Vec<Arc<str>>), ElementError> {
     let shared: Vec<usize> = a.0.iter().filter(|x| b.0.contains(x)).copied().collect();
-    let at = |axes: &[usize]| -> Vec<usize> {
-        shared.iter().filter_map(|s| axes.iter().position(|x| x == s)).collect()
-    };
+    let at =
+        |axes: &[usize]| -> Vec<usize> { shared.iter().filter_map(|s| axes.iter().position(|x| x == s)).collect() };
     let (in_a, in_b) = (at(a.0), at(b.0));
     let extra: Vec<usize> = (0..b.0.len()).filter(|i| !shared.contains(&b.0[*i])).collect();
     let mut by_key: BTreeMap<String, Vec<&Arc<str>>> = BTreeMap::new();
@@ -363,7 +378,10 @@ fn natural_join(a: Side, b: Side, lenient: bool) -> Result<(Vec<usize>, Vec<Arc<
     let mut met = BTreeSet::new();
     let mut out = Vec::new();
     let missing = |name: &str, side: &str, other: &str| {
-        ElementError(format!("input `{other}` has the element `{}`, input `{side}` has not; say `join = \"inner\"` to drop it", shown(name)))
+        ElementError(format!(
+            "input `{other}` has the element `{}`, input `{side}` has not; say `join = \"inner\"` to drop it",
+            shown(name)
+        ))
     };
     for name in a.1 {
         let key = pick(name, &in_a);

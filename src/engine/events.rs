@@ -6,22 +6,59 @@ use super::bake::Outcome;
 #[derive(Clone, Debug)]
 pub enum Event<'a> {
     /// The bake begins with this many nodes.
-    Started { nodes: usize },
+    Started {
+        nodes: usize,
+    },
     /// A node has work to do: `elements` in all, `hits` of them already in the cache.
-    NodeStarted { node: &'a str, elements: u64, hits: u64 },
+    NodeStarted {
+        node: &'a str,
+        elements: u64,
+        hits: u64,
+    },
     /// `done` of the node's elements are finished (hits among them), `left` are not.
-    Progress { node: &'a str, done: u64, hits: u64, left: u64 },
+    Progress {
+        node: &'a str,
+        done: u64,
+        hits: u64,
+        left: u64,
+    },
     /// All elements of the node are settled. A node that is a hit as a whole has only this event.
-    NodeFinished { node: &'a str, hits: u64, runs: u64, failed: u64, skipped: u64, seconds: f64 },
+    NodeFinished {
+        node: &'a str,
+        hits: u64,
+        runs: u64,
+        failed: u64,
+        skipped: u64,
+        seconds: f64,
+    },
     /// `node` is absent where the cache or the output folder is meant.
-    Warning { node: Option<&'a str>, element: Option<&'a str>, text: &'a str },
-    Failed { node: &'a str, element: Option<&'a str>, error: &'a str },
+    Warning {
+        node: Option<&'a str>,
+        element: Option<&'a str>,
+        text: &'a str,
+    },
+    Failed {
+        node: &'a str,
+        element: Option<&'a str>,
+        error: &'a str,
+    },
     /// A file was written below the output folder.
-    Published { path: &'a str, bytes: u64 },
+    Published {
+        path: &'a str,
+        bytes: u64,
+    },
     /// A bound of `[require]` was missed.
-    NotMet { node: &'a str, text: &'a str },
+    NotMet {
+        node: &'a str,
+        text: &'a str,
+    },
     /// The bake is over.
-    Finished { outcome: Outcome, hits: u64, runs: u64, seconds: f64 },
+    Finished {
+        outcome: Outcome,
+        hits: u64,
+        runs: u64,
+        seconds: f64,
+    },
 }
 
 /// Receives events. Calls come from the scheduler's thread only.

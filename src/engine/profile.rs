@@ -56,9 +56,7 @@ impl Profile {
     }
 
     pub fn write(&self, path: &Path) -> io::Result<()> {
-        let span = |s: &Span| {
-            json!({ "ph": "X", "pid": 1, "tid": s.lane, "cat": s.category, "name": s.name, "ts": s.from, "dur": s.length })
-        };
+        let span = |s: &Span| json!({ "ph": "X", "pid": 1, "tid": s.lane, "cat": s.category, "name": s.name, "ts": s.from, "dur": s.length });
         let events: Vec<_> = self.spans.iter().map(span).collect();
         fs::write(path, serde_json::to_vec(&json!({ "displayTimeUnit": "ms", "traceEvents": events }))?)
     }

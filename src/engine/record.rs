@@ -204,15 +204,8 @@ impl MapRecord {
 
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         let r = &mut Reader::open(bytes)?;
-        let row = |r: &mut Reader| {
-            Some(MapRow { name: r.str()?.to_owned(), key: r.digest()?, outputs: r.list(out)? })
-        };
-        Some(Self {
-            fixed: r.digest()?,
-            inputs: r.list(Reader::digest)?,
-            rows: r.list(row)?,
-            warnings: pairs(r)?,
-        })
+        let row = |r: &mut Reader| Some(MapRow { name: r.str()?.to_owned(), key: r.digest()?, outputs: r.list(out)? });
+        Some(Self { fixed: r.digest()?, inputs: r.list(Reader::digest)?, rows: r.list(row)?, warnings: pairs(r)? })
     }
 }
 
@@ -264,12 +257,7 @@ impl BakeRecord {
             })
         };
         let file = |r: &mut Reader| {
-            Some(PublishedFile {
-                path: r.str()?.to_owned(),
-                value: r.digest()?,
-                file: r.digest()?,
-                size: r.u64()?,
-            })
+            Some(PublishedFile { path: r.str()?.to_owned(), value: r.digest()?, file: r.digest()?, size: r.u64()? })
         };
         let measured = |r: &mut Reader| {
             Some(Measured { certificate: r.digest()?, path: r.str()?.to_owned(), number: r.option(Reader::f64)? })

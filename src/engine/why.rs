@@ -83,7 +83,11 @@ impl Teller<'_> {
         let name = self.plan.nodes[n].name.clone();
         let (Some(now), before) = self.traces(n, at) else { return Ok(format!("{name} is not on record")) };
         let verb = if now.ran > 0 { "ran" } else { "was a hit with another result" };
-        let count = if now.mapped && now.ran > 0 { format!(" for {} of {} elements", now.ran, now.elements) } else { String::new() };
+        let count = if now.mapped && now.ran > 0 {
+            format!(" for {} of {} elements", now.ran, now.elements)
+        } else {
+            String::new()
+        };
         let head = format!("{name} {verb}{count}");
         if !now.note.is_empty() && now.ran > 0 {
             return Ok(format!("{head}: {}", now.note));
@@ -179,7 +183,8 @@ impl Teller<'_> {
     }
 
     fn fields(&self, n: usize, old: &Fields, new: &Fields) -> Vec<String> {
-        let (old, new): (BTreeMap<_, _>, BTreeMap<_, _>) = (old.iter().cloned().collect(), new.iter().cloned().collect());
+        let (old, new): (BTreeMap<_, _>, BTreeMap<_, _>) =
+            (old.iter().cloned().collect(), new.iter().cloned().collect());
         let spec = self.plan.nodes[n].kind.spec();
         let files = source_params(spec);
         let mut out = Vec::new();
@@ -281,7 +286,9 @@ fn files(old: &RunRecord, new: &RunRecord) -> Vec<String> {
     for (path, hash) in &new {
         match (old.get(path), hash) {
             (Some(was), now) if was == now => {}
-            (Some(Some(was)), Some(now)) => out.push(format!("file {path} changed ({} → {})", was.short(), now.short())),
+            (Some(Some(was)), Some(now)) => {
+                out.push(format!("file {path} changed ({} → {})", was.short(), now.short()))
+            }
             (Some(Some(_)), None) => out.push(format!("file {path} is gone")),
             (Some(None), _) => out.push(format!("file {path} appeared")),
             (None, _) => out.push(format!("file {path} is read now")),

@@ -252,9 +252,11 @@ fn files(cache: &Path, claim: Option<SystemTime>, kept: impl Fn(&Digest) -> bool
     let spared = |meta: &fs::Metadata| -> io::Result<bool> {
         Ok(claim.is_some() && claim.is_some_and(|c| meta.modified().is_ok_and(|m| m >= c)))
     };
-    Blobs::new(cache).each(|hash, meta, path| {
-        if kept(&hash) || spared(meta)? { Ok(()) } else { gone(fs::remove_file(path)) }
-    })?;
+    Blobs::new(cache).each(
+        |hash, meta, path| {
+            if kept(&hash) || spared(meta)? { Ok(()) } else { gone(fs::remove_file(path)) }
+        },
+    )?;
     for folder in ["tmp", "bad"] {
         let Ok(entries) = fs::read_dir(cache.join(folder)) else { continue };
         for entry in entries {

@@ -11,8 +11,8 @@ pub(super) mod index;
 pub mod lock;
 mod verify;
 
-pub use index::set_aside as set_index_aside;
 pub use gc::{Collected, Limits, gc};
+pub use index::set_aside as set_index_aside;
 pub use verify::{Stats, Verified, stats, verify};
 
 use super::{
@@ -59,9 +59,13 @@ pub struct NewValue {
 /// Fields of a key's fixed part, as text.
 pub type Fields = Vec<(String, String)>;
 
+/// The bytes of a value that lies in the index.
+type Inline = Option<Arc<Vec<u8>>>;
+
 #[derive(Default)]
 struct Pending {
-    values: BTreeMap<Digest, (u64, Option<Arc<Vec<u8>>>)>,
+    /// Size, and bytes where they are few.
+    values: BTreeMap<Digest, (u64, Inline)>,
     runs: BTreeMap<Digest, Vec<(Digest, Arc<RunRecord>)>>,
     maps: Vec<(Digest, Vec<u8>)>,
     fixed: BTreeMap<Digest, Fields>,
@@ -274,7 +278,11 @@ impl Cache {
 
     fn wrote(&mut self) -> Result<(), EngineError> {
         self.pending.count += 1;
-        if self.pending.count >= BATCH.0 || self.flushed.elapsed().as_millis() > BATCH.1 { self.flush() } else { Ok(()) }
+        if self.pending.count >= BATCH.0 || self.flushed.elapsed().as_millis() > BATCH.1 {
+            self.flush()
+        } else {
+            Ok(())
+        }
     }
 
     /// True while results wait to be written.
@@ -372,7 +380,8 @@ impl Cache {
             self.db.execute_batch("BEGIN IMMEDIATE")?;
             let insert = "INSERT INTO bake(pipeline, folder, record) VALUES(?1, ?2, ?3)";
             self.db.execute(insert, params![pipeline, folder, record.to_bytes()])?;
-            self.db.execute("DELETE FROM bake WHERE id NOT IN (SELECT id FROM bake ORDER BY id DESC LIMIT ?1)", [BAKES])?;
+            self.db
+                .execute("DELETE FROM bake WHERE id NOT IN (SELECT id FROM bake ORDER BY id DESC LIMIT ?1)", [BAKES])?;
             self.db.execute_batch("COMMIT")
         };
         write().map_err(|e| {

@@ -188,7 +188,10 @@ fn no_links(root: &Path, path: &Path) -> Result<(), EngineError> {
         at.push(part);
         match fs::symlink_metadata(&at) {
             Ok(meta) if meta.is_symlink() => {
-                return Err(EngineError::publish(&at, "it is a symbolic link; farfield follows none below its output folder"));
+                return Err(EngineError::publish(
+                    &at,
+                    "it is a symbolic link; farfield follows none below its output folder",
+                ));
             }
             Ok(meta) if !meta.is_dir() => return Err(EngineError::publish(&at, "a file is where a folder should be")),
             Ok(_) => {}

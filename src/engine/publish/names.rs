@@ -8,7 +8,8 @@ const OWN: [&str; 3] = ["manifest.json", "run.json", "rejected"];
 /// Why `part` cannot be one component of a path; `None` if it can.
 pub fn bad_component(part: &str) -> Option<&'static str> {
     let stem = part.split('.').next().unwrap_or("").trim_end().to_ascii_uppercase();
-    let numbered = |name: &str| stem.strip_prefix(name).is_some_and(|n| n.len() == 1 && n.as_bytes()[0].is_ascii_digit());
+    let numbered =
+        |name: &str| stem.strip_prefix(name).is_some_and(|n| n.len() == 1 && n.as_bytes()[0].is_ascii_digit());
     if part.is_empty() {
         Some("is empty")
     } else if part == "." || part == ".." {
@@ -69,7 +70,22 @@ mod tests {
 
     #[test]
     fn names_that_lead_elsewhere_are_refused() {
-        for bad in ["", "..", "a/../b", "/etc/x", "a//b", "a\\b", "C:x", "nul", "Com1.png", "x.", "x ", "a\u{1}", "run.json", "Rejected/x"] {
+        for bad in [
+            "",
+            "..",
+            "a/../b",
+            "/etc/x",
+            "a//b",
+            "a\\b",
+            "C:x",
+            "nul",
+            "Com1.png",
+            "x.",
+            "x ",
+            "a\u{1}",
+            "run.json",
+            "Rejected/x",
+        ] {
             assert!(bad_path(bad).is_some(), "{bad:?}");
         }
         for good in ["a.glb", "pictures/cell 3,4.png", "..a", "com.png", "console", "lpt10", "a/run.json"] {
@@ -81,7 +97,8 @@ mod tests {
 
     #[test]
     fn collisions_ignore_case_and_see_folders() {
-        let check = |paths: &[&str], expect: bool| assert_eq!(collision(paths.iter().copied()).is_some(), expect, "{paths:?}");
+        let check =
+            |paths: &[&str], expect: bool| assert_eq!(collision(paths.iter().copied()).is_some(), expect, "{paths:?}");
         check(&["a", "b", "c/a"], false);
         check(&["a", "A"], true);
         check(&["x/a", "X/A"], true);

@@ -8,6 +8,7 @@ mod held;
 mod open;
 mod settle;
 mod start;
+mod supply;
 mod task;
 
 pub use task::panic_text;
@@ -92,6 +93,8 @@ pub(super) struct RunId {
     node: usize,
     run: usize,
 }
+
+type Answer = (RunId, Done);
 
 /// Who goes on when a lost value is there again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -202,7 +205,7 @@ pub struct Schedule<'a> {
     running: usize,
     held: Held,
     pool: &'a rayon::ThreadPool,
-    answers: (mpsc::Sender<(RunId, Done)>, mpsc::Receiver<(RunId, Done)>),
+    answers: (mpsc::Sender<Answer>, mpsc::Receiver<Answer>),
     /// Values set aside, and how often.
     lost: BTreeMap<Digest, u32>,
     /// Slots of the profile's rows in use.

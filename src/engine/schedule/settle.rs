@@ -1,6 +1,6 @@
 //! Settling: what an answer means for its run, its node, and those who wait.
 
-use super::{Broken, Cause, Forecast, NodeState, RunId, Schedule, State, Waiter, open::tables, task};
+use super::{Broken, Cause, Forecast, NodeState, RunId, Schedule, State, Waiter, supply::tables, task};
 use crate::engine::{
     bake::Failure,
     error::EngineError,
@@ -243,7 +243,10 @@ impl Schedule<'_> {
         let losses = self.lost.entry(hash).or_default();
         *losses += 1;
         if *losses > LOSSES {
-            return Err(EngineError::cache(self.cache.root(), format!("value {} is lost again and again: {what}", hash.short())));
+            return Err(EngineError::cache(
+                self.cache.root(),
+                format!("value {} is lost again and again: {what}", hash.short()),
+            ));
         }
         if *losses == 1 {
             let text = format!("stored value {} is damaged ({what}); it is set aside and made again", hash.short());
@@ -363,7 +366,8 @@ impl Schedule<'_> {
         let node = &self.nodes[n];
         let same = |t: &NodeTrace| {
             t.name == self.name(n)
-                && (!node.wanted || node.state == State::Hit && t.key == node.key && (t.variant == node.variant || node.reads))
+                && (!node.wanted
+                    || node.state == State::Hit && t.key == node.key && (t.variant == node.variant || node.reads))
         };
         self.previous.nodes.get(n).is_some_and(same)
     }

@@ -205,7 +205,10 @@ pub fn fetch(load: &Load, port: &PortSpec, blobs: &Blobs) -> Result<(Data, u64),
     let size = (*bytes).as_ref().len() as u64;
     // The bytes are those that its producer stored: to run that again would give the same.
     let defect = |e| {
-        let text = format!("input `{}`: the stored {} cannot be decoded: {e} (a defect of that type)", port.name, port.ty.name);
+        let text = format!(
+            "input `{}`: the stored {} cannot be decoded: {e} (a defect of that type)",
+            port.name, port.ty.name
+        );
         FetchError::Other(TaskError::Failed(text))
     };
     Ok(((port.ty.decode)(bytes).map_err(defect)?, size))
