@@ -34,6 +34,18 @@ impl<T: Pod> Array<T> {
         Some(Self(Store::Lent { bytes, start, len }))
     }
 
+    /// The elements `start..start + len`; shares them where this array is lent, copies them where it is owned.
+    /// `None` where the range leaves the array.
+    pub fn slice(&self, start: usize, len: usize) -> Option<Self> {
+        let range = self.get(start..start.checked_add(len)?)?;
+        Some(match &self.0 {
+            Store::Owned(_) => range.to_vec().into(),
+            Store::Lent { bytes, start: base, .. } => {
+                Self(Store::Lent { bytes: bytes.clone(), start: base + start * size_of::<T>(), len })
+            }
+        })
+    }
+
     pub fn as_slice(&self) -> &[T] {
         match &self.0 {
             Store::Owned(v) => v,

@@ -2,6 +2,7 @@
 
 pub mod array;
 pub mod atlas;
+pub mod certify;
 pub mod cli;
 pub mod engine;
 pub mod formats;

@@ -1,1 +1,106 @@
-//! The command line.
+//! The command line. Exit codes: 0 done, 1 a node (or the cache) failed, 2 the pipeline file or an argument is wrong,
+//! 3 the certificate was not met, 130 interrupted.
+
+mod bake;
+mod cache;
+mod check;
+mod compare;
+mod events;
+mod folders;
+mod graph;
+mod interrupt;
+mod nodes;
+mod pipeline;
+mod quantity;
+mod schema;
+pub mod stock;
+mod why;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Bakes heavy 3D scenes into image-based stand-ins, certified against the original.
+///
+/// A TOML file describes a graph of nodes; what did not change since the last bake is taken from the cache.
+#[derive(Parser)]
+#[command(
+    name = "farfield",
+    version,
+    arg_required_else_help = true,
+    max_term_width = 100,
+    after_help = "Exit codes: 0 done, 1 a node failed, 2 the pipeline file or an argument is wrong, 3 the certificate was not \
+                  met, 130 interrupted."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Bake(bake::Args),
+    Check(check::Args),
+    Compare(compare::Args),
+    Graph(graph::Args),
+    Nodes(nodes::Args),
+    Why(why::Args),
+    Cache(cache::Args),
+}
+
+/// How a command ended, when it did not end well. What there is to say has been said.
+struct Exit(u8);
+
+type Done = Result<(), Exit>;
+
+impl Exit {
+    /// The error on standard error, in the form that clap's have.
+    fn say(code: u8, error: impl std::fmt::Display) -> Self {
+        use std::io::IsTerminal;
+        let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
+        if colour {
+            eprintln!("\x1b[1;31merror:\x1b[0m {error}");
+        } else {
+            eprintln!("error: {error}");
+        }
+        Self(code)
+    }
+}
+
+impl From<crate::engine::error::EngineError> for Exit {
+    fn from(error: crate::engine::error::EngineError) -> Self {
+        Self::say(error.exit_code(), error)
+    }
+}
+
+/// Writes a command's result to standard output; a reader that has left is no failure.
+fn print(text: &str) -> Done {
+    use std::io::Write;
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Exit::say(1, format!("cannot write: {e}"))),
+        _ => Ok(()),
+    }
+}
+
+/// Runs the command that the program's arguments name.
+pub fn main() -> ExitCode {
+    let done = match Cli::parse().command {
+        Command::Bake(args) => bake::run(&args),
+        Command::Check(args) => check::run(&args),
+        Command::Compare(args) => compare::run(&args),
+        Command::Graph(args) => graph::run(&args),
+        Command::Nodes(args) => nodes::run(&args),
+        Command::Why(args) => why::run(&args),
+        Command::Cache(args) => cache::run(&args),
+    };
+    done.map_or_else(|Exit(code)| ExitCode::from(code), |()| ExitCode::SUCCESS)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn arguments_are_sound() {
+        super::Cli::command().debug_assert();
+    }
+}

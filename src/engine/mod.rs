@@ -10,6 +10,7 @@ pub mod events;
 pub mod hash;
 pub mod key;
 pub mod node;
+pub mod pipeline;
 pub mod plan;
 pub mod profile;
 pub mod publish;

@@ -1,1 +1,57 @@
 //! Readers and writers of the outside world's files: glTF, OBJ, PLY, scene TOML.
+//!
+//! What always holds: a reader given any bytes returns a scene that keeps the promises of [`crate::scene`], or an error
+//! that names file and place; it never panics, and never allocates what a number in the file only claims. Every file
+//! is read through [`Files`]. Objects are named by their path in the file.
+
+mod error;
+mod files;
+pub mod glb;
+mod gltf;
+mod limits;
+mod loader;
+mod mesh;
+mod obj;
+mod picture;
+mod ply;
+mod scene_toml;
+#[cfg(test)]
+mod tests;
+
+pub use error::FormatError;
+pub use files::{DiskFiles, Files};
+pub use glb::{GlbOptions, write_glb};
+pub use limits::Limits;
+
+use crate::{
+    math::Stop,
+    scene::{Scene, names},
+};
+use loader::Loader;
+use std::path::Path;
+
+/// The scene that the file at `path` describes, by its extension: `.glb`, `.gltf`, `.obj`, `.ply` or `.toml`.
+pub fn load(path: &Path, files: &dyn Files, limits: &Limits) -> Result<Scene, FormatError> {
+    load_with(path, files, limits, &Stop::default(), &mut |_| {})
+}
+
+/// [`load`] that can be stopped, and that hands what the file holds but a scene cannot to `warn`.
+pub fn load_with(
+    path: &Path,
+    files: &dyn Files,
+    limits: &Limits,
+    stop: &Stop,
+    warn: &mut dyn FnMut(String),
+) -> Result<Scene, FormatError> {
+    let mut loader = Loader::new(path, files, limits, stop, warn);
+    let objects = loader.objects(path)?;
+    Ok(names::assemble(objects))
+}
+
+/// The scene that a GLB in memory describes; it can name no other files. `name` stands for it in errors.
+pub fn from_glb(name: &Path, bytes: crate::array::Bytes, limits: &Limits) -> Result<Scene, FormatError> {
+    let stop = Stop::default();
+    let mut ignore = |_| {};
+    let mut loader = Loader::new(name, &files::NoFiles, limits, &stop, &mut ignore);
+    Ok(names::assemble(gltf::read(&mut loader, name, bytes)?))
+}

@@ -3,9 +3,11 @@
 //! Transcendental functions come from `libm`, never from the platform, so that bytes agree between machines.
 
 pub mod bounds;
+pub mod sequence;
 pub mod stop;
 pub mod view;
 
 pub use bounds::Aabb;
+pub use sequence::Sequence;
 pub use stop::{Stop, Stopped};
 pub use view::{Projection, View};

@@ -4,6 +4,11 @@
 //! positions; every object's mesh, material and image numbers exist; object names are unique and the objects
 //! are sorted by name, so that equal scenes have equal bytes. All coordinates are finite.
 
+pub mod builtin;
+pub mod names;
+pub mod select;
+pub mod tables;
+
 use crate::{array::Array, math::Aabb};
 use glam::{Mat4, Vec3};
 use std::sync::Arc;

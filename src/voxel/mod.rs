@@ -3,6 +3,23 @@
 //! Every frustum has its own *voxel space*: x to the right, y down, in pixels of the frustum's image, z the layer
 //! number, 0 the nearest. One step of a layer and one pixel have the same length there (section 4.3).
 
+mod assemble;
+pub mod cover_mesh;
+pub mod field_scene;
+pub mod frusta;
+pub mod lattice;
+pub mod layers;
+pub mod near;
+pub mod overlap;
+pub mod reproject;
+pub mod resample;
+pub mod slicing;
+#[cfg(test)]
+pub mod testing;
+pub mod touch;
+pub mod valid;
+mod voxel_mesh;
+
 use crate::array::Array;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -111,3 +128,6 @@ pub struct VoxelMesh {
     /// By which factor the voxel boxes were enlarged when the mesh was simplified (section 6); 0: not simplified.
     pub factor: f64,
 }
+
+#[cfg(test)]
+mod cover_tests;

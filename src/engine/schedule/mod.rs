@@ -6,6 +6,7 @@
 
 mod held;
 mod open;
+mod read;
 mod settle;
 mod start;
 mod supply;

@@ -1,0 +1,95 @@
+//! `collapse`: fewer triangles for a connected mesh, by one of two policies.
+
+pub mod quadric;
+pub mod voxel_cover;
+
+use crate::{
+    engine::node::{Ctx, Node, NodeError},
+    ports,
+    voxel::VoxelMesh,
+};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// How edges are chosen and what forbids their collapse.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Policy {
+    /// Shortest edge first, as long as every voxel stays covered (Jeschke and Wimmer 2002, section 6).
+    #[default]
+    VoxelCover,
+    /// meshoptimizer's quadric simplifier down to `triangles`; covers nothing for certain. For comparison.
+    Quadric,
+}
+
+/// Contracts the edges of a connected mesh until its policy forbids every further contraction.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Params {
+    /// `voxel-cover` or `quadric`.
+    pub policy: Policy,
+    /// Side of the box in which a voxel must be touched, in voxels; 1 to 8. Larger: fewer triangles, a larger error
+    /// (about `factor` pixels seen from the cell). The paper: 1.5 to 2.
+    pub factor: f64,
+    /// Policy `quadric`: triangles to stop at; 1 or more.
+    pub triangles: u32,
+    /// Policy `quadric`: whether boundary vertices stay where they are.
+    pub lock_border: bool,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { policy: Policy::VoxelCover, factor: 2.0, triangles: 1000, lock_border: false }
+    }
+}
+
+ports! {
+    pub struct In {
+        /// A connected mesh over voxels.
+        mesh: Arc<VoxelMesh>,
+    }
+}
+
+ports! {
+    pub struct Out {
+        /// The same surface in fewer triangles; every face names the voxels that it covers.
+        mesh: Arc<VoxelMesh>,
+    }
+}
+
+pub struct Collapse;
+
+impl Node for Collapse {
+    const KIND: &'static str = "collapse";
+    const VERSION: u32 = 1;
+    type Params = Params;
+    type In = In;
+    type Out = Out;
+
+    fn memory(_: &Params, sizes: &[u64]) -> u64 {
+        // Corner table, points, lists and the queue beside the mesh itself.
+        sizes.first().copied().unwrap_or(0).saturating_mul(6)
+    }
+
+    fn check(params: &Params) -> Result<(), (&'static str, String)> {
+        if !(1.0..=8.0).contains(&params.factor) {
+            return Err(("factor", format!("expected 1 to 8 voxels, found {}", params.factor)));
+        }
+        if params.triangles == 0 {
+            return Err(("triangles", "expected 1 or more".into()));
+        }
+        Ok(())
+    }
+
+    fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
+        let mesh = match params.policy {
+            Policy::VoxelCover => voxel_cover::simplify(&inputs.mesh, params.factor, ctx.stop)?,
+            Policy::Quadric => {
+                let target = quadric::Target { triangles: params.triangles as usize, lock_border: params.lock_border };
+                quadric::simplify(&inputs.mesh, target, params.factor, ctx.stop)?
+            }
+        };
+        Ok(Out { mesh: Arc::new(mesh) })
+    }
+}

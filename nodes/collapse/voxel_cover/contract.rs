@@ -1,0 +1,289 @@
+//! One contraction: may vertex `a` move onto its neighbour `b`?
+
+use super::{
+    cover::{Cover, MOST_FACES},
+    topology::{Topology, next, prev},
+};
+use crate::voxel::touch::{Point, normal};
+
+/// The mesh while it is simplified.
+pub struct Surface {
+    pub topology: Topology,
+    pub cover: Cover,
+    /// Vertices, quarter units.
+    pub points: Vec<Point>,
+    /// Vertices on seams stay.
+    pub locked: Vec<bool>,
+    /// Box that vertices stay in: that of the mesh.
+    pub bounds: [Point; 2],
+    /// When a face around each vertex last changed.
+    pub changed: Vec<u32>,
+    /// Counts what was done.
+    pub clock: u32,
+    pub scratch: Scratch,
+}
+
+/// Buffers of the contraction under test.
+#[derive(Default)]
+pub struct Scratch {
+    pub star: Vec<u32>,
+    other: Vec<u32>,
+    new: Vec<[Point; 3]>,
+    slots: Vec<u32>,
+    /// Vertices next to `a`, marked by the number of the attempt.
+    marks: Vec<u32>,
+    attempt: u32,
+    ring_a: Vec<u32>,
+    ring_b: Vec<u32>,
+    link: Link,
+}
+
+impl Surface {
+    pub fn triangle(&self, face: u32) -> [Point; 3] {
+        self.topology.corners(face).map(|v| self.points[v as usize])
+    }
+
+    pub fn is_live(&self, vertex: u32) -> bool {
+        self.topology.corner[vertex as usize] != super::topology::NONE
+    }
+
+    /// Notes that faces around `v` changed: with it, all its neighbours are worth another try.
+    pub fn note(&mut self, v: u32) {
+        self.clock += 1;
+        self.changed[v as usize] = self.clock;
+        let topology = &self.topology;
+        let first = topology.corner[v as usize];
+        let mut c = first;
+        while c != super::topology::NONE {
+            self.changed[topology.at(next(c)) as usize] = self.clock;
+            self.changed[topology.at(prev(c)) as usize] = self.clock;
+            c = topology.turn(c);
+            if c == first {
+                break;
+            }
+        }
+    }
+
+    /// Squared length of the edge a–b; an integer.
+    pub fn squared(&self, a: u32, b: u32) -> u64 {
+        let (a, b) = (self.points[a as usize], self.points[b as usize]);
+        (0..3).map(|i| (a[i] - b[i]) * (a[i] - b[i])).sum::<f64>() as u64
+    }
+
+    /// Moves `a` onto `b` if nothing forbids it; `a` is gone then.
+    pub fn contract(&mut self, a: u32, b: u32) -> bool {
+        if self.locked[a as usize] {
+            return false;
+        }
+        let mut s = std::mem::take(&mut self.scratch);
+        let done = self.allowed(a, b, &mut s);
+        if done {
+            self.cover.replace(s.star.iter().map(|c| c / 3), &s.slots);
+            self.topology.contract(&s.star, b);
+            if let Link::Closes(x) | Link::Pinches(x) = s.link {
+                let copies = self.topology.mend(b, x);
+                for (original, copy) in [b, x].into_iter().zip(copies) {
+                    if copy.is_some() {
+                        self.points.push(self.points[original as usize]);
+                        self.locked.push(self.locked[original as usize]);
+                        self.changed.push(0);
+                    }
+                }
+                copies.into_iter().flatten().for_each(|copy| self.note(copy));
+                self.note(x);
+            }
+            self.note(b);
+        }
+        self.scratch = s;
+        done
+    }
+
+    fn allowed(&mut self, a: u32, b: u32, s: &mut Scratch) -> bool {
+        let topology = &self.topology;
+        topology.star(a, &mut s.star);
+        let ends_at = |c: u32| topology.at(next(c)) == b || topology.at(prev(c)) == b;
+        let vanish = s.star.iter().filter(|c| ends_at(**c)).count();
+        let boundary = topology.is_boundary(a);
+        let Some((&first, &last)) = s.star.first().zip(s.star.last()) else { return false };
+        // The other end of the boundary edge that vanishes into a–b, if `a` lies on the boundary (figure 13).
+        let other_end = match (boundary, topology.at(next(first)), topology.at(prev(last))) {
+            (false, ..) => None,
+            (true, n, p) if n == b => Some(p),
+            (true, n, p) if p == b => Some(n),
+            _ => return false,
+        };
+        // On a seam no edge appears that the other frustum does not have.
+        if other_end.is_some_and(|end| self.locked[end as usize] && self.locked[b as usize]) {
+            return false;
+        }
+        if vanish != if boundary { 1 } else { 2 } || s.star.len() - vanish > MOST_FACES {
+            return false;
+        }
+        // What remains turns over nowhere.
+        s.new.clear();
+        s.slots.clear();
+        for &c in &s.star {
+            if ends_at(c) {
+                continue;
+            }
+            let (n, p) = (self.points[topology.at(next(c)) as usize], self.points[topology.at(prev(c)) as usize]);
+            let (old, new) = ([self.points[a as usize], n, p], [self.points[b as usize], n, p]);
+            if !keeps_side(old, new) {
+                return false;
+            }
+            s.new.push(new);
+            s.slots.push(c / 3);
+        }
+        s.link = self.links(a, b, vanish, s);
+        if s.link == Link::Forbidden {
+            return false;
+        }
+        self.cover.collect(s.star.iter().map(|c| c / 3));
+        if let Link::Closes(x) = s.link {
+            let corners = [a, b, x].map(|v| self.points[v as usize]);
+            if !self.cover.holds_face(corners) {
+                return false;
+            }
+        } else if let Some(end) = other_end
+            && !self.cover.holds_edge(self.points[end as usize], self.points[b as usize])
+        {
+            return false;
+        }
+        self.cover.keeps(&s.new)
+    }
+
+    /// Whether `a` can move onto `b` so that what is left is a manifold.
+    ///
+    /// Plainly it can where the ends of the edge share no neighbours but those in the faces that vanish (the link condition).
+    /// With one more shared neighbour x the contraction closes a triangular hole or pinches a handle: [`Topology::mend`]
+    /// resolves both, provided that every fan that closes keeps three faces.
+    pub fn links(&self, a: u32, b: u32, vanish: usize, s: &mut Scratch) -> Link {
+        let topology = &self.topology;
+        topology.star(b, &mut s.other);
+        if s.star.len() == 1 && s.other.len() == 1 {
+            return Link::Forbidden;
+        }
+        s.marks.resize(self.points.len(), 0);
+        s.attempt += 1;
+        topology.ring(a, &s.star, &mut s.ring_a);
+        topology.ring(b, &s.other, &mut s.ring_b);
+        for &v in &s.ring_a {
+            s.marks[v as usize] = s.attempt;
+        }
+        let shared = s.ring_b.iter().filter(|v| s.marks[**v as usize] == s.attempt).count();
+        if shared == vanish {
+            return Link::Plain;
+        }
+        if shared != vanish + 1 {
+            return Link::Forbidden;
+        }
+        let opposite = |v: u32| {
+            s.star.iter().any(|c| {
+                let (n, p) = (topology.at(next(*c)), topology.at(prev(*c)));
+                (n == b && p == v) || (p == b && n == v)
+            })
+        };
+        let extra = s.ring_b.iter().find(|v| s.marks[**v as usize] == s.attempt && !opposite(**v));
+        let Some(&x) = extra else { return Link::Forbidden };
+        // The ring of `b` afterwards: in place of `a` stand the neighbours of `a` between those in the vanishing faces.
+        let m = s.ring_a.len();
+        let Some(at) = s.ring_a.iter().position(|v| *v == b) else { return Link::Forbidden };
+        let Some(place) = s.ring_b.iter().position(|v| *v == a) else { return Link::Forbidden };
+        let chain: Vec<u32> = (1..m).map(|k| s.ring_a[(at + k) % m]).collect();
+        let inner = match (vanish, at) {
+            (2, _) => &chain[1..m - 2],
+            (_, 0) => &chain[1..],
+            _ => &chain[..m - 2],
+        };
+        let merged: Vec<u32> = s.ring_b[..place].iter().chain(inner).chain(&s.ring_b[place + 1..]).copied().collect();
+        let first = merged.iter().position(|v| *v == x);
+        let last = merged.iter().rposition(|v| *v == x);
+        let (Some(i), Some(j)) = (first, last) else { return Link::Forbidden };
+        let seam = apart(i, j, merged.len(), topology.is_boundary(b));
+        let mut star = Vec::new();
+        let mut ring = Vec::new();
+        topology.star(x, &mut star);
+        topology.ring(x, &star, &mut ring);
+        let first = ring.iter().position(|v| *v == a || *v == b);
+        let last = ring.iter().rposition(|v| *v == a || *v == b);
+        let (Some(i), Some(j)) = (first, last) else { return Link::Forbidden };
+        match (seam, apart(i, j, ring.len(), topology.is_boundary(x))) {
+            // An edge on a seam between frusta must stay on the boundary.
+            (Seam::Closes, Seam::Closes) if !(self.locked[b as usize] && self.locked[x as usize]) => Link::Closes(x),
+            (Seam::Splits, Seam::Splits) => Link::Pinches(x),
+            _ => Link::Forbidden,
+        }
+    }
+}
+
+/// What a contraction does to the manifold.
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+pub enum Link {
+    #[default]
+    Forbidden,
+    Plain,
+    /// Closes the triangular hole between the edge and this vertex.
+    Closes(u32),
+    /// Pinches the handle around the edge and this vertex.
+    Pinches(u32),
+}
+
+/// What becomes of a fan in whose ring the same neighbour stands at places i < j.
+#[derive(PartialEq, Eq)]
+enum Seam {
+    /// A fan would have fewer than three faces, or an edge three.
+    Bad,
+    Closes,
+    Splits,
+}
+
+fn apart(i: usize, j: usize, ring: usize, open: bool) -> Seam {
+    if open && (i == 0 || j == ring - 1) {
+        return if i == 0 && j == ring - 1 && ring > 3 { Seam::Closes } else { Seam::Bad };
+    }
+    let rest = ring - (j - i);
+    if j - i >= 3 && (open || rest >= 3) { Seam::Splits } else { Seam::Bad }
+}
+
+/// How a face with this normal looks from the cell. Layers move by at most a pixel each against one another while the
+/// viewer crosses the cell, so over all of it the third component of the normal changes by at most |x| + |y|.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// From everywhere its front is seen.
+    Front,
+    /// Seen edge-on from somewhere in the cell: walls and other steep faces.
+    Steep,
+    /// From everywhere its back is seen: the surface has folded over.
+    Back,
+}
+
+pub fn look(n: Point) -> Look {
+    let turn = n[0].abs() + n[1].abs();
+    if n[2] < -turn {
+        Look::Front
+    } else if n[2] > turn {
+        Look::Back
+    } else {
+        Look::Steep
+    }
+}
+
+/// Whether a face stays on its side: nothing folds over. A steep face has no side that counts for the whole cell; its
+/// normal turns by at most 80° at once.
+pub fn keeps_side(old: [Point; 3], new: [Point; 3]) -> bool {
+    let [m, n] = [old, new].map(|[a, b, c]| normal(a, b, c));
+    match (look(m), look(n)) {
+        (_, Look::Back) => false,
+        (Look::Front, Look::Front) => true,
+        _ => within_80_degrees(m, n),
+    }
+}
+
+/// Whether two vectors, neither zero, enclose at most 80°.
+pub fn within_80_degrees(m: Point, n: Point) -> bool {
+    let dot = |u: Point, v: Point| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+    /// cos² 80°
+    const LEAST: f64 = 0.030_153_689_607_045_8;
+    let along = dot(m, n);
+    along > 0.0 && along * along >= LEAST * dot(m, m) * dot(n, n)
+}

@@ -1,0 +1,229 @@
+//! Which faces cover which voxels, and whether others could take their place.
+//!
+//! What always holds: a face's list names only voxels whose enlarged box it touches, and every voxel stands in a list.
+
+use crate::voxel::touch::{Point, Toucher, cover_unit, interval};
+
+/// Most faces that one replacement may make; masks are one word.
+pub const MOST_FACES: usize = 64;
+
+pub struct Cover {
+    /// Voxel centres, quarter units.
+    centres: Vec<Point>,
+    /// Half side of the enlarged boxes, quarter units.
+    half: f64,
+    /// Per face: where its list begins in `arena` and how long it is.
+    lists: Vec<(u32, u32)>,
+    arena: Vec<u32>,
+    /// In how many lists every voxel stands.
+    count: Vec<u32>,
+    /// The replacement under test: its voxels, how many of the old faces name each, and which new faces touch each.
+    voxels: Vec<u32>,
+    within: Vec<u32>,
+    masks: Vec<u64>,
+    touchers: Vec<Toucher>,
+    intervals: Vec<(f64, f64)>,
+}
+
+impl Cover {
+    pub fn new(centres: Vec<Point>, half: f64, starts: &[u32], arena: Vec<u32>) -> Self {
+        let mut count = vec![0; centres.len()];
+        for v in &arena {
+            count[*v as usize] += 1;
+        }
+        let lists = starts.windows(2).map(|w| (w[0], w[1] - w[0])).collect();
+        let within = vec![0; centres.len()];
+        Self {
+            centres,
+            half,
+            lists,
+            arena,
+            count,
+            voxels: Vec::new(),
+            within,
+            masks: Vec::new(),
+            touchers: Vec::new(),
+            intervals: Vec::new(),
+        }
+    }
+
+    pub fn list(&self, face: u32) -> &[u32] {
+        let (start, len) = self.lists[face as usize];
+        &self.arena[start as usize..(start + len) as usize]
+    }
+
+    /// Begins a replacement: collects the voxels that the `old` faces name.
+    pub fn collect(&mut self, old: impl Iterator<Item = u32>) {
+        for v in self.voxels.drain(..) {
+            self.within[v as usize] = 0;
+        }
+        for face in old {
+            let (start, len) = self.lists[face as usize];
+            for &v in &self.arena[start as usize..(start + len) as usize] {
+                let within = &mut self.within[v as usize];
+                if *within == 0 {
+                    self.voxels.push(v);
+                }
+                *within += 1;
+            }
+        }
+    }
+
+    /// Whether the collected voxels' boxes hold the whole edge a–b (figure 14).
+    pub fn holds_edge(&mut self, a: Point, b: Point) -> bool {
+        self.intervals.clear();
+        for v in &self.voxels {
+            self.intervals.extend(interval(a, b, &self.centres[*v as usize], self.half));
+        }
+        cover_unit(&mut self.intervals)
+    }
+
+    /// Whether the collected voxels' boxes hold a whole face: tried along lines from its first corner, half a voxel apart
+    /// at their ends.
+    pub fn holds_face(&mut self, [a, b, c]: [Point; 3]) -> bool {
+        let length = (0..3).map(|i| (c[i] - b[i]) * (c[i] - b[i])).sum::<f64>().sqrt();
+        let steps = (length / 2.0).ceil().max(1.0);
+        (0..=steps as u32).all(|k| {
+            let t = f64::from(k) / steps;
+            self.holds_edge(a, std::array::from_fn(|i| b[i] + (c[i] - b[i]) * t))
+        })
+    }
+
+    /// The face loses its list.
+    pub fn clear(&mut self, face: u32) {
+        let (start, len) = std::mem::take(&mut self.lists[face as usize]);
+        for v in &self.arena[start as usize..(start + len) as usize] {
+            self.count[*v as usize] -= 1;
+        }
+    }
+
+    /// Adds voxels to lists: (face, voxel), sorted, no two equal.
+    pub fn extend(&mut self, gains: &[(u32, u32)]) {
+        for group in gains.chunk_by(|a, b| a.0 == b.0) {
+            let face = group[0].0;
+            let (start, len) = self.lists[face as usize];
+            let list = start as usize..(start + len) as usize;
+            let at = self.arena.len();
+            self.arena.extend_from_within(list.clone());
+            for (_, v) in group {
+                if !self.arena[list.clone()].contains(v) {
+                    self.arena.push(*v);
+                    self.count[*v as usize] += 1;
+                }
+            }
+            self.lists[face as usize] = (at as u32, (self.arena.len() - at) as u32);
+        }
+    }
+
+    pub fn touches(&self, corners: [Point; 3], voxel: u32) -> bool {
+        Toucher::new(corners, self.half).touches(&self.centres[voxel as usize])
+    }
+
+    /// For every voxel the faces that name it.
+    pub fn faces_by_voxel(&self) -> Naming {
+        let mut start = vec![0u32; self.centres.len() + 1];
+        for (v, count) in self.count.iter().enumerate() {
+            start[v + 1] = start[v] + count;
+        }
+        let mut at = start.clone();
+        let mut faces = vec![0; start[self.centres.len()] as usize];
+        for face in 0..self.lists.len() as u32 {
+            for v in self.list(face) {
+                faces[at[*v as usize] as usize] = face;
+                at[*v as usize] += 1;
+            }
+        }
+        Naming { start, faces }
+    }
+
+    /// A new face among those that stay: it covers what it touches of the collected voxels.
+    pub fn add(&mut self, slot: u32, corners: [Point; 3]) {
+        let toucher = Toucher::new(corners, self.half);
+        let start = self.arena.len();
+        self.arena.extend(self.voxels.iter().filter(|v| toucher.touches(&self.centres[**v as usize])));
+        for v in &self.arena[start..] {
+            self.count[*v as usize] += 1;
+        }
+        self.lists[slot as usize] = (start as u32, (self.arena.len() - start) as u32);
+    }
+
+    /// Whether every collected voxel is touched by one of the new faces, or by a face that stays (figure 12).
+    pub fn keeps(&mut self, new: &[[Point; 3]]) -> bool {
+        self.touchers.clear();
+        self.touchers.extend(new.iter().map(|t| Toucher::new(*t, self.half)));
+        self.masks.clear();
+        for i in 0..self.voxels.len() {
+            let v = self.voxels[i];
+            let c = &self.centres[v as usize];
+            let mut mask = 0u64;
+            for (i, t) in self.touchers.iter().enumerate() {
+                mask |= u64::from(t.touches(c)) << i;
+            }
+            if mask == 0 && self.count[v as usize] == self.within[v as usize] {
+                // The next attempt with the same voxels will likely fail here too.
+                self.voxels.swap(0, i);
+                return false;
+            }
+            self.masks.push(mask);
+        }
+        true
+    }
+
+    /// Those of the collected voxels that no face but the old ones covers.
+    pub fn needed(&self) -> Vec<u32> {
+        let only_here = |v: &u32| self.count[*v as usize] == self.within[*v as usize];
+        self.voxels.iter().copied().filter(only_here).collect()
+    }
+
+    /// Bit i: the face touches the i-th voxel's box.
+    pub fn touched(&self, corners: [Point; 3], voxels: &[u32]) -> Vec<u64> {
+        let toucher = Toucher::new(corners, self.half);
+        let word = |chunk: &[u32]| {
+            let bit = |(i, v): (usize, &u32)| u64::from(toucher.touches(&self.centres[*v as usize])) << i;
+            chunk.iter().enumerate().map(bit).fold(0, |a, b| a | b)
+        };
+        voxels.chunks(64).map(word).collect()
+    }
+
+    /// Carries the replacement out that [`Cover::keeps`] allowed: `old` faces lose their lists, new face i is `slots[i]`.
+    pub fn replace(&mut self, old: impl Iterator<Item = u32>, slots: &[u32]) {
+        for face in old {
+            self.lists[face as usize] = (0, 0);
+        }
+        for (v, mask) in self.voxels.iter().zip(&self.masks) {
+            let count = &mut self.count[*v as usize];
+            *count = *count - self.within[*v as usize] + mask.count_ones();
+        }
+        for (i, &slot) in slots.iter().enumerate() {
+            let start = self.arena.len();
+            let touched = self.voxels.iter().zip(&self.masks).filter(|(_, mask)| *mask >> i & 1 == 1);
+            self.arena.extend(touched.map(|(v, _)| *v));
+            self.lists[slot as usize] = (start as u32, (self.arena.len() - start) as u32);
+        }
+        if self.arena.len() > (1 << 31) {
+            self.compact();
+        }
+    }
+
+    fn compact(&mut self) {
+        let mut arena = Vec::new();
+        for (start, len) in &mut self.lists {
+            let at = arena.len();
+            arena.extend_from_slice(&self.arena[*start as usize..(*start + *len) as usize]);
+            *start = at as u32;
+        }
+        self.arena = arena;
+    }
+}
+
+/// For every voxel the faces that name it.
+pub struct Naming {
+    start: Vec<u32>,
+    faces: Vec<u32>,
+}
+
+impl Naming {
+    pub fn of(&self, voxel: u32) -> &[u32] {
+        &self.faces[self.start[voxel as usize] as usize..self.start[voxel as usize + 1] as usize]
+    }
+}

@@ -1,0 +1,92 @@
+//! Contracting an edge into a place of its own.
+//!
+//! Where neither end of an edge can move onto the other, both can often move onto a third place within the tolerance. The places
+//! tried are points of the lattice of vertices (quarter pixels and layers) around the ends and between them.
+
+use super::{
+    contract::{Link, Scratch, Surface, keeps_side},
+    cover::MOST_FACES,
+    topology::{next, prev},
+};
+use crate::voxel::touch::Point;
+
+impl Surface {
+    /// Moves both ends of the edge a–b to the first place around them that nothing forbids; `a` is gone then.
+    pub fn merge(&mut self, a: u32, b: u32) -> bool {
+        if self.locked[a as usize] || self.locked[b as usize] {
+            return false;
+        }
+        let mut s = std::mem::take(&mut self.scratch);
+        let topology = &self.topology;
+        topology.star(a, &mut s.star);
+        let ends_at_b = |c: u32| topology.at(next(c)) == b || topology.at(prev(c)) == b;
+        let vanish = s.star.iter().filter(|c| ends_at_b(**c)).count();
+        let (open_a, open_b) = (topology.is_boundary(a), topology.is_boundary(b));
+        // An edge between two boundaries would pinch the surface.
+        let fine = vanish == if open_a && open_b { 1 } else { 2 } && self.links(a, b, vanish, &mut s) == Link::Plain;
+        let done = fine && self.merge_to(a, b, &mut s);
+        self.scratch = s;
+        done
+    }
+
+    fn merge_to(&mut self, a: u32, b: u32, s: &mut Scratch) -> bool {
+        let topology = &self.topology;
+        let mut star_b = Vec::new();
+        topology.star(b, &mut star_b);
+        let mut faces: Vec<u32> = s.star.iter().chain(&star_b).map(|c| c / 3).collect();
+        faces.sort_unstable();
+        faces.dedup();
+        let kept: Vec<u32> = faces
+            .iter()
+            .copied()
+            .filter(|f| {
+                let c = topology.corners(*f);
+                !(c.contains(&a) && c.contains(&b))
+            })
+            .collect();
+        if kept.is_empty() || kept.len() > MOST_FACES {
+            return false;
+        }
+        // The boundary's next vertices beyond the edge's ends.
+        let mut rims = Vec::new();
+        for (v, star) in [(a, &s.star), (b, &star_b)] {
+            if let Some((first, last)) = star.first().zip(star.last()).filter(|_| topology.is_boundary(v)) {
+                rims.extend([topology.at(next(*first)), topology.at(prev(*last))]);
+            }
+        }
+        rims.retain(|v| *v != a && *v != b);
+        self.cover.collect(faces.iter().copied());
+        let mut new = Vec::with_capacity(kept.len());
+        let [low, high] = self.bounds;
+        let inside = |p: &Point| (0..3).all(|i| low[i] <= p[i] && p[i] <= high[i]);
+        let ends = [self.points[a as usize], self.points[b as usize]];
+        for place in ends.into_iter().flat_map(around).filter(inside) {
+            new.clear();
+            let turned = kept.iter().any(|f| {
+                let corners = self.topology.corners(*f);
+                let old = corners.map(|v| self.points[v as usize]);
+                let moved = corners.map(|v| if v == a || v == b { place } else { self.points[v as usize] });
+                new.push(moved);
+                !keeps_side(old, moved)
+            });
+            if turned
+                || !rims.iter().all(|v| self.cover.holds_edge(self.points[*v as usize], place))
+                || !self.cover.keeps(&new)
+            {
+                continue;
+            }
+            self.cover.replace(faces.iter().copied(), &kept);
+            self.topology.contract(&s.star, b);
+            self.points[b as usize] = place;
+            self.note(b);
+            return true;
+        }
+        false
+    }
+}
+
+/// A point and the lattice points beside it: three quarters of a pixel and a layer to each side, which measured best.
+fn around(p: Point) -> impl Iterator<Item = Point> {
+    let steps = [0.0, -1.0, 1.0];
+    (0..27).map(move |k| [p[0] + 3.0 * steps[k % 3], p[1] + 3.0 * steps[k / 3 % 3], p[2] + 4.0 * steps[k / 9]])
+}

@@ -1,0 +1,200 @@
+//! Policy `voxel-cover`: contract edges as long as every voxel stays covered (Jeschke and Wimmer 2002, section 6).
+//!
+//! Shortest edge first in the uniform grid. What holds for the result: every voxel of the mesh is touched by a face that
+//! names it, within its box enlarged by `factor`; every boundary edge lies inside such boxes; no face turns its back to
+//! the whole cell; an edge has at most two faces; locked vertices stay where they are; vertices lie on the mesh's own lattice
+//! (quarter pixels and layers) within the box around it.
+//!
+//! The paper moves one end of an edge onto the other, on whatever mesh that makes. Here meshes stay manifolds, and where that
+//! alone would forbid too much: holes smaller than the tolerance are closed (`close`), handles come apart (`Topology::mend`),
+//! parts that others cover go (`drop`), a vertex goes together with all its faces (`remove`), and both ends of an
+//! edge move to a third place (`merge`). All pass the same test.
+
+mod close;
+mod contract;
+mod cover;
+mod drop;
+mod merge;
+mod queue;
+mod remove;
+#[cfg(test)]
+mod tests;
+mod topology;
+
+use crate::{
+    array::Array,
+    math::{Stop, Stopped},
+    voxel::{VoxelMesh, touch},
+};
+use contract::Surface;
+use cover::Cover;
+use queue::{Entry, Queue};
+use remove::Triangulations;
+use topology::{Topology, next, prev};
+
+/// Simplifies `mesh`; boxes of voxels are enlarged by `factor` (at least 1).
+pub fn simplify(mesh: &VoxelMesh, factor: f64, stop: &Stop) -> Result<VoxelMesh, Stopped> {
+    let mut surface = Surface {
+        topology: Topology::new(mesh.vertices.len(), &mesh.faces),
+        cover: Cover::new(
+            mesh.voxels.iter().map(touch::centre).collect(),
+            2.0 * factor,
+            &mesh.cover_start,
+            mesh.cover.to_vec(),
+        ),
+        points: mesh.vertices.iter().map(|v| touch::point(*v)).collect(),
+        locked: mesh.flags.iter().map(|f| f & 1 == 1).collect(),
+        changed: vec![1; mesh.vertices.len()],
+        clock: 1,
+        bounds: bounds(mesh),
+        scratch: Default::default(),
+    };
+    surface.drop_parts(&mesh.voxels, stop)?;
+    let all = Triangulations::new();
+    let (mut passed, mut merged) = (0, 0);
+    loop {
+        let start = surface.clock;
+        loop {
+            let since = std::mem::replace(&mut passed, surface.clock);
+            if pass(&mut surface, since, stop)? == 0 {
+                break;
+            }
+        }
+        let since = std::mem::replace(&mut merged, surface.clock);
+        surface.close_holes(&all, stop)?;
+        sweep(&mut surface, &all, since, stop)?;
+        merges(&mut surface, since, stop)?;
+        if surface.clock == start {
+            break;
+        }
+    }
+    Ok(gather(&surface, mesh, factor))
+}
+
+/// Box around the mesh's vertices, quarter units.
+fn bounds(mesh: &VoxelMesh) -> [touch::Point; 2] {
+    let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    for p in mesh.vertices.iter().map(|v| touch::point(*v)) {
+        for i in 0..3 {
+            bounds[0][i] = bounds[0][i].min(p[i]);
+            bounds[1][i] = bounds[1][i].max(p[i]);
+        }
+    }
+    bounds
+}
+
+/// The edges at a vertex that changed after `since`, with their squared lengths.
+fn edges(surface: &Surface, since: u32) -> Vec<(u64, u32, u32)> {
+    let topology = &surface.topology;
+    let mut edges = Vec::new();
+    for c in 0..topology.vertex.len() as u32 {
+        if !topology.is_live(c / 3) {
+            continue;
+        }
+        let (a, b) = (topology.at(next(c)), topology.at(prev(c)));
+        let once = topology.opposite[c as usize] == topology::NONE || a < b;
+        if once && surface.changed[a as usize].max(surface.changed[b as usize]) > since {
+            edges.push((surface.squared(a, b), a.min(b), a.max(b)));
+        }
+    }
+    edges
+}
+
+/// Tries the edges that changed after `since`, and those around a contraction again, until the queue is empty.
+/// Returns how many were contracted.
+fn pass(surface: &mut Surface, since: u32, stop: &Stop) -> Result<usize, Stopped> {
+    let mut queue = Queue::new();
+    for (squared, a, b) in edges(surface, since) {
+        queue.push(squared, Entry { time: 0, a, b });
+    }
+    // When all edges of a vertex were last queued: older entries are void.
+    let mut queued = vec![0u32; surface.points.len()];
+    let (mut time, mut polls, mut star, mut ring) = (0, 0u32, Vec::new(), Vec::new());
+    while let Some(Entry { time: then, a, b }) = queue.pop() {
+        polls += 1;
+        if polls % 256 == 0 {
+            stop.check()?;
+        }
+        if !surface.is_live(a) || !surface.is_live(b) || then < queued[a as usize].max(queued[b as usize]) {
+            continue;
+        }
+        let kept = if surface.contract(a, b) {
+            b
+        } else if surface.contract(b, a) {
+            a
+        } else {
+            continue;
+        };
+        time += 1;
+        queued.resize(surface.points.len(), 0);
+        queued[kept as usize] = time;
+        surface.topology.star(kept, &mut star);
+        ring.clear();
+        ring.extend(star.iter().map(|c| surface.topology.at(next(*c))));
+        if let Some(last) = star.last().filter(|_| surface.topology.is_boundary(kept)) {
+            ring.push(surface.topology.at(prev(*last)));
+        }
+        for &x in &ring {
+            queue.push(surface.squared(kept, x), Entry { time, a: kept.min(x), b: kept.max(x) });
+        }
+    }
+    Ok(time as usize)
+}
+
+/// Tries to remove every vertex that changed after `since`.
+fn sweep(surface: &mut Surface, all: &Triangulations, since: u32, stop: &Stop) -> Result<(), Stopped> {
+    for v in 0..surface.points.len() as u32 {
+        if surface.is_live(v) && surface.changed[v as usize] > since {
+            stop.check()?;
+            surface.remove(v, all);
+        }
+    }
+    Ok(())
+}
+
+/// Tries to merge the ends of every edge that changed after `since`, shortest first.
+fn merges(surface: &mut Surface, since: u32, stop: &Stop) -> Result<(), Stopped> {
+    let mut edges = edges(surface, since);
+    edges.sort_unstable();
+    for (_, a, b) in edges {
+        if surface.is_live(a) && surface.is_live(b) && surface.are_neighbours(a, b) {
+            stop.check()?;
+            surface.merge(a, b);
+        }
+    }
+    Ok(())
+}
+
+/// The living faces as a mesh of their own.
+fn gather(surface: &Surface, mesh: &VoxelMesh, factor: f64) -> VoxelMesh {
+    let topology = &surface.topology;
+    let mut number = vec![u32::MAX; surface.points.len()];
+    let (mut vertices, mut flags, mut faces) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut cover_start, mut cover) = (vec![0], Vec::new());
+    for face in (0..mesh.faces.len() as u32).filter(|f| topology.is_live(*f)) {
+        faces.push(topology.corners(face).map(|v| {
+            let slot = &mut number[v as usize];
+            if *slot == u32::MAX {
+                *slot = vertices.len() as u32;
+                let p = surface.points[v as usize];
+                vertices.push([p[0] as i32, p[1] as i32, (p[2] / 4.0) as i32]);
+                flags.push(u8::from(surface.locked[v as usize]));
+            }
+            *slot
+        }));
+        let from = cover.len();
+        cover.extend_from_slice(surface.cover.list(face));
+        cover[from..].sort_unstable();
+        cover_start.push(cover.len() as u32);
+    }
+    VoxelMesh {
+        frustum: mesh.frustum,
+        vertices: vertices.into(),
+        flags: flags.into(),
+        faces: faces.into(),
+        cover_start: cover_start.into(),
+        cover: cover.into(),
+        voxels: Array::clone(&mesh.voxels),
+        factor,
+    }
+}

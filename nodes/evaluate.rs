@@ -1,0 +1,202 @@
+//! `evaluate`: the certificate of a stand-in.
+
+use super::values::Bound;
+use crate::{
+    certify::{self, Choice, CompareError, Sampling, VIEWS_AT_ONCE},
+    engine::{
+        node::{Ctx, List, Node, NodeError},
+        plan::File,
+    },
+    formats::{self, Limits},
+    image::encode_png,
+    ports,
+    raster::MAX_SIDE,
+    scene::Scene,
+    voxel::Cell,
+};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::{path::Path, sync::Arc};
+
+/// Which colours are compared; always the same for original and stand-in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shading {
+    /// `unlit`, or `noise` where the original has no colour at all.
+    #[default]
+    Auto,
+    /// The base colour as it is.
+    Unlit,
+    /// A sun and a sky. Materials that say they are unlit, such as those of a stand-in into which the light was
+    /// baked, stay as they are.
+    Lit,
+    /// Base colour times a 3D noise of the surface point: shows displacement where there is no texture.
+    Noise,
+}
+
+impl From<Shading> for Choice {
+    fn from(s: Shading) -> Self {
+        match s {
+            Shading::Auto => Choice::Auto,
+            Shading::Unlit => Choice::Unlit,
+            Shading::Lit => Choice::Lit,
+            Shading::Noise => Choice::Noise,
+        }
+    }
+}
+
+/// Renders original and stand-in from many views of the cell and certifies the difference. The views are drawn from the whole
+/// cell by a low-discrepancy sequence, its eight corners first. Which surface a pixel shows is decided by depth at its centre,
+/// never by colour; PSNR is that of luminance (Chen et al. 2003, section 4.2).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Params {
+    /// Number of views, 8 or more: the corners of the cell are always among them.
+    pub views: u32,
+    /// Seed of the sequence of views.
+    pub seed: u64,
+    /// Width and height of a picture in pixels; the resolution that the stand-in was made for.
+    pub resolution: u32,
+    /// Field of view of a picture, degrees. What is larger is looked at in parts.
+    pub fov: f64,
+    /// Samples of a pixel in x and in y for colour, 1 to 16; `resolution` times this is at most 16384.
+    pub samples: u32,
+    /// Which colours are compared.
+    pub shading: Shading,
+    /// The bound in pixels where no `bound` is connected.
+    pub assumed_bound: f64,
+    /// In how many views the ceiling is measured, the first ones.
+    pub ceiling_views: u32,
+    /// Name of the stand-in in the certificate.
+    pub name: String,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            views: 64,
+            seed: 1,
+            resolution: 1024,
+            fov: 45.0,
+            samples: 4,
+            shading: Shading::Auto,
+            assumed_bound: 1.0,
+            ceiling_views: 64,
+            name: String::new(),
+        }
+    }
+}
+
+ports! {
+    pub struct In {
+        /// What the stand-in replaces.
+        original: Arc<Scene>,
+        /// The stand-in's GLB file, read as an engine would read it.
+        stand_in: Arc<File>,
+        /// The mesh before it was simplified: what no simplification can beat.
+        ceiling: Option<Arc<Scene>>,
+        /// From where the stand-in will be seen.
+        cell: Arc<Cell>,
+        /// The error that the method promises not to exceed, in pixels.
+        bound: Option<Arc<Bound>>,
+    }
+}
+
+ports! {
+    pub struct Out {
+        /// The certificate, JSON.
+        certificate: Arc<File>,
+        /// Original, stand-in and difference side by side, PNG: the view of median PSNR (`typical`) and the worst of each
+        /// measure.
+        pictures: List<File>,
+    }
+}
+
+pub struct Evaluate;
+
+impl Node for Evaluate {
+    const KIND: &'static str = "evaluate";
+    const VERSION: u32 = 1;
+    /// FLIP is C++.
+    const NATIVE: bool = true;
+    type Params = Params;
+    type In = In;
+    type Out = Out;
+
+    fn memory(params: &Params, sizes: &[u64]) -> u64 {
+        // Per pixel three scenes' depths, numbers, pictures and luminance, the measures' maps, FLIP's own images. Per byte
+        // of a scene the triangles of a view, prepared twice.
+        let pixels = u64::from(params.resolution).saturating_mul(params.resolution.into());
+        let views = VIEWS_AT_ONCE as u64;
+        let scenes = sizes.iter().take(3).fold(0_u64, |s, n| s.saturating_add(*n));
+        pixels.saturating_mul(200 * views).saturating_add(scenes.saturating_mul(2 * views)).saturating_add(64 << 20)
+    }
+
+    fn check(params: &Params) -> Result<(), (&'static str, String)> {
+        let Params { views, resolution, fov, samples, assumed_bound, .. } = params;
+        if !(8..=100_000).contains(views) {
+            return Err(("views", format!("{views}; expected 8 (the corners of the cell) to 100,000")));
+        }
+        if !(1..=16).contains(samples) {
+            return Err(("samples", format!("{samples}; expected 1 to 16")));
+        }
+        if !(16..=MAX_SIDE / samples).contains(resolution) {
+            let most = MAX_SIDE / samples;
+            return Err(("resolution", format!("{resolution}; expected 16 to {most} pixels with {samples} samples")));
+        }
+        if !(0.1..=160.0).contains(fov) {
+            return Err(("fov", format!("{fov}; expected 0.1 to 160 degrees")));
+        }
+        if !(*assumed_bound > 0.0 && *assumed_bound <= 1000.0) {
+            return Err(("assumed_bound", format!("{assumed_bound}; expected more than 0 and at most 1000 pixels")));
+        }
+        Ok(())
+    }
+
+    fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
+        let file = &inputs.stand_in;
+        let bytes: crate::array::Bytes = Arc::new(file.bytes.clone());
+        let stand_in = formats::from_glb(Path::new("stand-in.glb"), bytes, &Limits::default())
+            .map_err(|e| NodeError::from_error(&e))?;
+        let bound = inputs.bound.as_deref().map_or_else(
+            || certify::Bound {
+                kind: "assumed: none was stated".into(),
+                value: params.assumed_bound,
+                unit: "px".into(),
+            },
+            |b| certify::Bound { kind: b.kind.clone(), value: b.value, unit: b.unit.clone() },
+        );
+        let options = certify::Options {
+            sampling: Sampling {
+                views: params.views,
+                seed: params.seed,
+                resolution: params.resolution,
+                fov: params.fov.to_radians(),
+            },
+            samples_per_axis: params.samples,
+            shading: params.shading.into(),
+            bound,
+            stand_in: certify::StandIn {
+                name: params.name.clone(),
+                blake3: blake3::hash(&file.bytes).to_hex().to_string(),
+            },
+            bytes: file.bytes.len() as u64,
+            ceiling_views: params.ceiling_views,
+        };
+        let ceiling = inputs.ceiling.as_deref();
+        let result = certify::compare(&inputs.original, &stand_in, ceiling, &inputs.cell, &options, ctx.stop);
+        let comparison = result.map_err(|e| match e {
+            CompareError::Stopped(s) => NodeError::Stopped(s),
+            e => NodeError::from_error(&e),
+        })?;
+        let mut pictures = Vec::new();
+        for (name, picture) in &comparison.pictures {
+            ctx.stop.check()?;
+            let bytes = encode_png(picture).map_err(|e| NodeError::from_error(&e))?;
+            pictures.push((name.clone(), Arc::new(File { media_type: "image/png".into(), bytes })));
+        }
+        let certificate =
+            File { media_type: "application/json".into(), bytes: comparison.certificate.to_json().into_bytes() };
+        Ok(Out { certificate: Arc::new(certificate), pictures: List(pictures) })
+    }
+}

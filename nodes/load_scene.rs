@@ -1,0 +1,213 @@
+//! `load-scene`: a scene from a file.
+
+use crate::{
+    array::Bytes,
+    engine::node::{Ctx, Door, Node, NodeError, SourcePath},
+    formats::{self, Files, FormatError, Limits},
+    ports,
+    scene::{Scene, builtin},
+};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::{
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError},
+};
+
+/// Loads a scene: glTF 2.0 and GLB, OBJ with MTL, PLY, or a scene TOML that places such files. Lengths are metres, Y is
+/// up. Objects are the nodes that have a mesh, named by their path in the file; what is animated is read in rest pose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Params {
+    /// The file (`.glb`, `.gltf`, `.obj`, `.ply`, `.toml`), or `builtin:city`, `builtin:car`, `builtin:solids`.
+    pub path: SourcePath,
+    /// Whether the scene may name files outside its own folder.
+    pub allow_outside: bool,
+    /// Most texels that all images together may have, in millions.
+    pub max_megatexels: f64,
+    /// Most triangles, every instance counted, in millions.
+    pub max_megatriangles: f64,
+    /// Most vertices stored, in millions.
+    pub max_megavertices: f64,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            path: SourcePath::default(),
+            allow_outside: false,
+            max_megatexels: 512.0,
+            max_megatriangles: 1000.0,
+            max_megavertices: 250.0,
+        }
+    }
+}
+
+ports! {
+    pub struct In {}
+}
+
+ports! {
+    pub struct Out {
+        /// The whole scene.
+        scene: Arc<Scene>,
+    }
+}
+
+pub struct LoadScene;
+
+impl Node for LoadScene {
+    const KIND: &'static str = "load-scene";
+    const VERSION: u32 = 1;
+    type Params = Params;
+    type In = In;
+    type Out = Out;
+
+    fn memory(_: &Params, _: &[u64]) -> u64 {
+        // The files' sizes are not known before they are read.
+        256 << 20
+    }
+
+    fn check(params: &Params) -> Result<(), (&'static str, String)> {
+        if params.path.0.is_empty() {
+            return Err(("path", "names no file".into()));
+        }
+        if let Some(name) = builtin_name(&params.path.0)
+            && !builtin::NAMES.contains(&name)
+        {
+            return Err(("path", unknown(name)));
+        }
+        for (name, value) in [
+            ("max_megatexels", params.max_megatexels),
+            ("max_megatriangles", params.max_megatriangles),
+            ("max_megavertices", params.max_megavertices),
+        ] {
+            if !(value > 0.0 && value <= 1e6) {
+                return Err((name, format!("{value}; expected more than 0 and at most 1,000,000")));
+            }
+        }
+        Ok(())
+    }
+
+    fn run(params: &Params, _: In, ctx: &Ctx) -> Result<Out, NodeError> {
+        let path = &params.path.0;
+        let scene = match builtin_name(path) {
+            Some(name) => builtin::make(name, 1).ok_or_else(|| NodeError::Failed(unknown(name)))?,
+            None => load(params, ctx)?,
+        };
+        if scene.triangle_count() == 0 {
+            return Err(NodeError::Failed(format!("{path}: the scene has no triangles")));
+        }
+        Ok(Out { scene: Arc::new(scene) })
+    }
+}
+
+/// The `NAME` of `builtin:NAME`.
+fn builtin_name(path: &str) -> Option<&str> {
+    path.strip_prefix("builtin:")
+}
+
+fn unknown(name: &str) -> String {
+    format!("there is no built-in scene `{name}`; there are {}", builtin::NAMES.join(", "))
+}
+
+fn load(params: &Params, ctx: &Ctx) -> Result<Scene, NodeError> {
+    let millions = |m: f64| (m * 1e6) as u64;
+    let limits = Limits {
+        allow_outside: params.allow_outside,
+        texels: millions(params.max_megatexels),
+        triangles: millions(params.max_megatriangles),
+        vertices: millions(params.max_megavertices),
+        ..Limits::default()
+    };
+    let files = ThroughDoor { door: ctx.door, failed: Mutex::new(None) };
+    let result = formats::load_with(Path::new(&params.path.0), &files, &limits, ctx.stop, &mut |w| (ctx.warn)(w));
+    result.map_err(|e| match (e, files.failed.into_inner().unwrap_or_else(PoisonError::into_inner)) {
+        (FormatError::Stopped(s), _) => NodeError::Stopped(s),
+        // The door's own error says more than the reader that met it.
+        (_, Some(failed)) => failed,
+        (e, None) => NodeError::from_error(&e),
+    })
+}
+
+/// Files read through the engine's door.
+struct ThroughDoor<'a> {
+    door: &'a dyn Door,
+    failed: Mutex<Option<NodeError>>,
+}
+
+impl Files for ThroughDoor<'_> {
+    fn read(&self, path: &Path) -> Result<Option<Bytes>, FormatError> {
+        self.door.read(path).map_err(|e| {
+            let file = PathBuf::from(path);
+            let what = e.to_string();
+            *self.failed.lock().unwrap_or_else(PoisonError::into_inner) = Some(e);
+            FormatError::Unreadable { file, what }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Stop;
+    use std::sync::Mutex;
+
+    const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+    /// A world with one file that remembers what it was asked for.
+    struct World(&'static str, Mutex<Vec<PathBuf>>);
+
+    impl Door for World {
+        fn read(&self, path: &Path) -> Result<Option<Bytes>, NodeError> {
+            self.1.lock().unwrap().push(path.to_owned());
+            match path.to_str() {
+                Some("/w/a.obj") => Ok(Some(Arc::new(self.0.as_bytes().to_vec()))),
+                Some("/w/locked.glb") => Err(NodeError::Failed("/w/locked.glb: permission denied".into())),
+                _ => Ok(None),
+            }
+        }
+    }
+
+    fn run(path: &str, text: &'static str) -> (Result<Arc<Scene>, String>, Vec<PathBuf>, Vec<String>) {
+        let world = World(text, Mutex::default());
+        let warnings = Mutex::new(Vec::new());
+        let stop = Stop::default();
+        let warn = |w| warnings.lock().unwrap().push(w);
+        let ctx = Ctx { stop: &stop, door: &world, element: None, warn: &warn };
+        let params = Params { path: SourcePath(path.into()), ..Params::default() };
+        let out = LoadScene::run(&params, In {}, &ctx).map(|o| o.scene).map_err(|e| e.to_string());
+        let warnings = std::mem::take(&mut *warnings.lock().unwrap());
+        (out, world.1.into_inner().unwrap(), warnings)
+    }
+
+    #[test]
+    fn everything_passes_the_door() {
+        let (scene, read, _) = run("/w/a.obj", TRIANGLE);
+        assert_eq!(scene.unwrap().triangle_count(), 1);
+        assert_eq!(read, [PathBuf::from("/w/a.obj")]);
+        // A file that is looked for and is not there passes it too: its appearance must be noticed.
+        let (scene, read, warnings) = run("/w/a.obj", "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+        assert!(scene.is_ok());
+        assert_eq!(read[1], PathBuf::from("/w/m.mtl"));
+        assert_eq!(warnings, ["/w/a.obj: the material library `m.mtl` does not exist"]);
+    }
+
+    #[test]
+    fn built_in_scenes_need_no_file() {
+        let (scene, read, _) = run("builtin:solids", TRIANGLE);
+        assert!(scene.unwrap().triangle_count() > 100);
+        assert!(read.is_empty());
+        let bad = Params { path: SourcePath("builtin:town".into()), ..Params::default() };
+        let (param, text) = LoadScene::check(&bad).unwrap_err();
+        assert_eq!((param, text.as_str()), ("path", "there is no built-in scene `town`; there are car, city, solids"));
+        assert_eq!(LoadScene::check(&Params::default()).unwrap_err().0, "path");
+    }
+
+    #[test]
+    fn what_gives_no_scene_is_an_error() {
+        assert_eq!(run("/w/no.glb", "").0.unwrap_err(), "/w/no.glb: no such file");
+        assert_eq!(run("/w/locked.glb", "").0.unwrap_err(), "/w/locked.glb: permission denied");
+        assert_eq!(run("/w/a.obj", "v 0 0 0\n").0.unwrap_err(), "/w/a.obj: the scene has no triangles");
+    }
+}

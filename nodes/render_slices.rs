@@ -1,0 +1,176 @@
+//! `render-slices`: the layered voxel field that a view cell sees.
+
+use crate::{
+    engine::node::{Ctx, List, Node, NodeError},
+    ports,
+    raster::Geometry,
+    scene::Scene,
+    voxel::{
+        Cell, Field, Slices,
+        frusta::{Lens, axis_name, frame},
+        near::near_part,
+        overlap::triangle_meets_box,
+        slicing::{Soup, slice},
+    },
+};
+use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Records what can be seen from a view cell as layers of voxels: layers are placed so that no viewer in the cell sees a
+/// point farther than a pixel from its voxel, each is rendered between its borders from the cell's centre, and voxels
+/// that no viewer in the cell can see are left out. What is nearer than 1.5 times the cell's half extent, or than
+/// `max_layers` allows, stays geometry. Source: Jeschke and Wimmer, Textured Depth Meshes, 2002, section 4.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Params {
+    /// Pixels along a side of the images that the stand-in is made for, 1 to 16384.
+    pub resolution: u32,
+    /// Field of view of these images, degrees, more than 0 and less than 180.
+    pub fov: f64,
+    /// Samples per voxel: it is filled where any of them is covered, its colour is their mean. 1, 4 or 16. With 4 a filled
+    /// silhouette lies a quarter of a pixel outside the true one on average, as much as the covering mesh lies inside its
+    /// voxels; 1 loses thin things (ropes, lamp posts), 16 thickens them.
+    pub samples: u32,
+    /// Layers at most, 1 to 65535; what is too near for them stays geometry.
+    pub max_layers: u32,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { resolution: 1024, fov: 45.0, samples: 4, max_layers: 1024 }
+    }
+}
+
+ports! {
+    pub struct In {
+        /// What is to be seen.
+        scene: Arc<Scene>,
+        /// From where.
+        cell: Arc<Cell>,
+    }
+}
+
+ports! {
+    pub struct Out {
+        /// Frusta and layers.
+        slices: Arc<Slices>,
+        /// The visible voxels, one field per frustum, named by the axis along which it looks.
+        fields: List<Field>,
+        /// What lies too near for layers and stays geometry; without objects where nothing does.
+        near: Arc<Scene>,
+    }
+}
+
+pub struct RenderSlices;
+
+impl Node for RenderSlices {
+    const KIND: &'static str = "render-slices";
+    const VERSION: u32 = 1;
+    type Params = Params;
+    type In = In;
+    type Out = Out;
+
+    fn memory(params: &Params, sizes: &[u64]) -> u64 {
+        // Triangles in world space and snapped are about eight times their stored size; a batch of masks; about three
+        // visible voxels in each of the pixels, with their samples while they are coloured.
+        let pixels = u64::from(params.resolution) * u64::from(params.resolution) * 3 / 2;
+        (256 << 20) + sizes.first().map_or(0, |s| s * 8) + pixels * 100
+    }
+
+    fn check(params: &Params) -> Result<(), (&'static str, String)> {
+        if !(1..=16384).contains(&params.resolution) {
+            return Err(("resolution", format!("expected 1 to 16384 pixels, found {}", params.resolution)));
+        }
+        if !(params.fov > 0.0 && params.fov < 180.0) {
+            return Err(("fov", format!("expected more than 0 and less than 180 degrees, found {}", params.fov)));
+        }
+        if side(params.samples).is_none() {
+            return Err(("samples", format!("expected 1, 4 or 16, found {}", params.samples)));
+        }
+        if !(1..=65535).contains(&params.max_layers) {
+            return Err(("max_layers", format!("expected 1 to 65535, found {}", params.max_layers)));
+        }
+        Ok(())
+    }
+
+    fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
+        let (scene, cell) = (&*inputs.scene, &*inputs.cell);
+        let samples = side(params.samples).unwrap_or(2);
+        let geometry = Geometry::new(scene);
+        let soup = Soup::new(&geometry, cell.centre);
+        if soup.corners.is_empty() {
+            return Err(NodeError::Failed(
+                "no triangles are selected: the stand-in would be empty (materials whose alpha never reaches the cutoff \
+                 count as nothing)"
+                    .into(),
+            ));
+        }
+        refuse_what_meets_the_cell(scene, &geometry, &soup, cell)?;
+        let lens = Lens {
+            resolution: params.resolution,
+            fov: params.fov.to_radians(),
+            max_layers: params.max_layers as usize,
+            max_side: crate::raster::MAX_SIDE / samples,
+        };
+        let slices = frame(cell, &soup.corners, &lens, ctx.stop).map_err(|e| NodeError::from_error(&e))?;
+        let fields = slice(scene, &geometry, &soup, &slices, samples, ctx.stop)?;
+        if fields.iter().all(|f| f.voxels.is_empty()) {
+            return Err(NodeError::Failed(
+                "nothing can be seen from the cell: no sample of any layer is covered, the stand-in would be empty"
+                    .into(),
+            ));
+        }
+        let near = near_part(scene, &slices, &soup.corners, &soup.numbers);
+        if !near.objects.is_empty() {
+            (ctx.warn)(format!(
+                "{} triangles of {} objects stay geometry: they lie nearer than {:.3} m to the cell's centre, too near \
+                 for layers",
+                near.triangle_count(),
+                near.objects.len(),
+                slices.borders[0],
+            ));
+        }
+        let names = slices.frusta.iter().map(|f| axis_name(f).to_owned());
+        let fields = List(names.zip(fields.into_iter().map(Arc::new)).collect());
+        Ok(Out { slices: Arc::new(slices), fields, near: Arc::new(near) })
+    }
+}
+
+/// Samples along a pixel's side.
+fn side(samples: u32) -> Option<u32> {
+    match samples {
+        1 => Some(1),
+        4 => Some(2),
+        16 => Some(4),
+        _ => None,
+    }
+}
+
+/// How many names an error lists.
+const NAMED: usize = 8;
+
+fn refuse_what_meets_the_cell(scene: &Scene, geometry: &Geometry, soup: &Soup, cell: &Cell) -> Result<(), NodeError> {
+    let meets = |(t, number): (&[glam::DVec3; 3], &u32)| {
+        triangle_meets_box(t, cell.half).then(|| geometry.object_of(*number) as usize)
+    };
+    let mut objects: Vec<usize> = soup.corners.par_iter().zip(&soup.numbers).filter_map(meets).collect();
+    objects.sort_unstable();
+    objects.dedup();
+    if objects.is_empty() {
+        return Ok(());
+    }
+    let names: Vec<_> = objects.iter().take(NAMED).map(|o| format!("`{}`", scene.objects[*o].name)).collect();
+    let more = if objects.len() > NAMED { format!(" and {} more", objects.len() - NAMED) } else { String::new() };
+    Err(NodeError::Failed(format!(
+        "the selection intersects the view cell (centre {}, size {} m): {}{more}; move or shrink the cell, or select \
+         without these objects",
+        cell.centre,
+        cell.half * 2.0,
+        names.join(", "),
+    )))
+}
+
+#[cfg(test)]
+mod tests;

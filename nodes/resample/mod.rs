@@ -1,0 +1,5 @@
+//! `resample`: textures for simplified meshes, a file per method.
+
+mod voxels;
+
+pub use voxels::Resample;

@@ -1,0 +1,124 @@
+//! Textures from the voxels that a mesh covers.
+
+use crate::{
+    engine::node::{Ctx, Node, NodeError},
+    mesh::ChartedMesh,
+    ports,
+    voxel::{
+        Slices, VoxelMesh,
+        lattice::MOST,
+        resample::{ResampleError, Settings, resample},
+    },
+};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Textures a simplified mesh from the voxels that it covers, and puts its vertices to their places in the world
+/// (Jeschke and Wimmer 2002, sections 7 and 8). Texels lie on the world-space faces, so an ordinary renderer with
+/// perspective correction shows them where the voxels were.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Params {
+    /// How many of the nearest voxels are averaged for a texel, 1 to 16: 1 is sharp, 4 (as in the paper's figure 15)
+    /// smoother.
+    pub n: u32,
+    /// Side of a texel in voxel sides, 0.125 to 8. Smaller texels make a sharper and larger atlas.
+    pub texel: f64,
+    /// Texels around the faces of a chart, 2 to 64, so that filtering never reads beyond it.
+    pub margin: u32,
+    /// Largest side of a chart in texels, 16 to 8192, margins included. With its gutter it must fit on an atlas page.
+    pub max_chart: u32,
+    /// Also make a normal map, so that the stand-in can be lit.
+    pub normal_map: bool,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { n: 4, texel: 1.0, margin: 2, max_chart: 2032, normal_map: false }
+    }
+}
+
+ports! {
+    pub struct In {
+        /// A connected mesh over voxels, simplified or not.
+        mesh: Arc<VoxelMesh>,
+        /// The frusta and layers of its voxels.
+        slices: Arc<Slices>,
+    }
+}
+
+ports! {
+    pub struct Out {
+        /// The mesh in the world, with its texels in charts.
+        charted: Arc<ChartedMesh>,
+    }
+}
+
+pub struct Resample;
+
+impl Node for Resample {
+    const KIND: &'static str = "resample";
+    const VERSION: u32 = 1;
+    type Params = Params;
+    type In = In;
+    type Out = Out;
+
+    fn memory(params: &Params, sizes: &[u64]) -> u64 {
+        // A voxel of 20 bytes has a share of a face's list and about one texel of 24 bytes while it is made.
+        let texels = (1.0 / (params.texel * params.texel)).max(1.0) as u64;
+        sizes.first().copied().unwrap_or(0).saturating_mul(2 + 2 * texels)
+    }
+
+    fn check(params: &Params) -> Result<(), (&'static str, String)> {
+        let range = |name, ok: bool, expected: &str, found: String| {
+            if ok { Ok(()) } else { Err((name, format!("expected {expected}, found {found}"))) }
+        };
+        range("n", (1..=MOST as u32).contains(&params.n), "1 to 16 voxels", params.n.to_string())?;
+        range("texel", (0.125..=8.0).contains(&params.texel), "0.125 to 8 voxel sides", params.texel.to_string())?;
+        range("margin", (2..=64).contains(&params.margin), "2 to 64 texels", params.margin.to_string())?;
+        let least = 2 * params.margin + 8;
+        range(
+            "max_chart",
+            (least.max(16)..=8192).contains(&params.max_chart),
+            &format!("{} to 8192 texels", least.max(16)),
+            params.max_chart.to_string(),
+        )
+    }
+
+    fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
+        let settings = Settings {
+            n: params.n as usize,
+            texel: params.texel,
+            margin: params.margin,
+            max_size: params.max_chart,
+            normals: params.normal_map,
+        };
+        let charted = resample(&inputs.mesh, &inputs.slices, &settings, ctx.stop).map_err(|e| match e {
+            ResampleError::Stopped(s) => NodeError::Stopped(s),
+            other => NodeError::from_error(&other),
+        })?;
+        Ok(Out { charted: Arc::new(charted) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_checked() {
+        assert_eq!(Resample::check(&Params::default()), Ok(()));
+        let bad: [(&str, Params); 6] = [
+            ("n", Params { n: 0, ..Params::default() }),
+            ("n", Params { n: 17, ..Params::default() }),
+            ("texel", Params { texel: 0.0, ..Params::default() }),
+            ("texel", Params { texel: f64::NAN, ..Params::default() }),
+            ("margin", Params { margin: 1, ..Params::default() }),
+            ("max_chart", Params { margin: 64, max_chart: 130, ..Params::default() }),
+        ];
+        for (name, params) in bad {
+            assert_eq!(Resample::check(&params).unwrap_err().0, name);
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! `view-cell`: the box from which a stand-in will be seen.
+
+use crate::{
+    engine::node::{Ctx, Node, NodeError},
+    math::Aabb,
+    ports,
+    scene::Scene,
+    voxel::Cell,
+};
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// A view cell: an axis-aligned box from anywhere in which the stand-in must look right. Without a size it is a cube whose
+/// side is 0.1 of the scene's diagonal; without a centre it lies 1.5 diagonals from the scene's centre along +Z. For that the
+/// scene's bounds are rounded outward to a 32nd of a power of two, so that small changes of the scene leave the cell alone.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Params {
+    /// Centre of the cell, metres.
+    pub centre: Option<[f64; 3]>,
+    /// Side lengths of the cell, metres, each > 0.
+    pub size: Option<[f64; 3]>,
+}
+
+ports! {
+    pub struct In {
+        /// The scene from which a missing centre or size is derived; only its bounding box matters.
+        scene: Option<Arc<Scene>>,
+    }
+}
+
+ports! {
+    pub struct Out {
+        /// The cell.
+        cell: Arc<Cell>,
+    }
+}
+
+pub struct ViewCell;
+
+impl Node for ViewCell {
+    const KIND: &'static str = "view-cell";
+    const VERSION: u32 = 1;
+    type Params = Params;
+    type In = In;
+    type Out = Out;
+
+    fn memory(_: &Params, _: &[u64]) -> u64 {
+        1 << 20
+    }
+
+    fn check(params: &Params) -> Result<(), (&'static str, String)> {
+        if let Some(centre) = params.centre.filter(|c| !c.iter().all(|v| v.is_finite())) {
+            return Err(("centre", format!("expected finite coordinates, found {centre:?}")));
+        }
+        if let Some(size) = params.size.filter(|s| !s.iter().all(|v| v.is_finite() && *v > 0.0)) {
+            return Err(("size", format!("expected side lengths > 0 m, found {size:?}")));
+        }
+        Ok(())
+    }
+
+    fn run(params: &Params, inputs: In, _: &Ctx) -> Result<Out, NodeError> {
+        let cell = match (params.centre, params.size) {
+            (Some(centre), Some(size)) => Cell { centre: centre.into(), half: DVec3::from(size) * 0.5 },
+            (centre, size) => {
+                let bounds = inputs.scene.as_ref().map_or(Aabb::EMPTY, |s| s.bounds());
+                let from_scene = default_cell(&bounds).ok_or_else(|| {
+                    NodeError::Failed(
+                        "a cell without centre or size needs a `scene` with an extent: connect one, or give both"
+                            .into(),
+                    )
+                })?;
+                Cell {
+                    centre: centre.map_or(from_scene.centre, DVec3::from),
+                    half: size.map_or(from_scene.half, |s| DVec3::from(s) * 0.5),
+                }
+            }
+        };
+        Ok(Out { cell: Arc::new(cell) })
+    }
+}
+
+/// The cell of a scene with these bounds; `None` where they have no extent.
+fn default_cell(bounds: &Aabb) -> Option<Cell> {
+    if bounds.is_empty() || !(bounds.diagonal() > 0.0 && bounds.diagonal().is_finite()) {
+        return None;
+    }
+    // The power of two below the diagonal: its exponent alone.
+    let step = f64::from_bits(bounds.diagonal().to_bits() & 0x7ff0_0000_0000_0000) / 32.0;
+    let rounded = Aabb { min: (bounds.min / step).floor() * step, max: (bounds.max / step).ceil() * step };
+    let diagonal = rounded.diagonal();
+    Some(Cell { centre: rounded.centre() + DVec3::Z * (1.5 * diagonal), half: DVec3::splat(0.05 * diagonal) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOUNDS: Aabb = Aabb { min: DVec3::new(-3.13, 0.02, -8.1), max: DVec3::new(9.2, 4.9, 7.77) };
+
+    #[test]
+    fn the_default_cell_stands_in_front_of_the_scene() {
+        let cell = default_cell(&BOUNDS).unwrap();
+        let d = BOUNDS.diagonal();
+        assert!((cell.half * 2.0 / d - 0.1).abs().max_element() < 0.01);
+        let off = cell.centre - BOUNDS.centre();
+        assert!((off.z / d - 1.5).abs() < 0.15 && off.truncate().length() < 0.05 * d);
+    }
+
+    #[test]
+    fn small_changes_leave_it_alone() {
+        let moved = Aabb { min: BOUNDS.min + 0.01, max: BOUNDS.max - 0.01 };
+        assert_eq!(default_cell(&BOUNDS), default_cell(&moved));
+    }
+
+    #[test]
+    fn no_extent_no_cell() {
+        assert_eq!(default_cell(&Aabb::EMPTY), None);
+        assert_eq!(default_cell(&Aabb { min: DVec3::ONE, max: DVec3::ONE }), None);
+    }
+
+    #[test]
+    fn bad_sizes_are_refused_before_anything_runs() {
+        for size in [[0.0, 1.0, 1.0], [1.0, f64::NAN, 1.0], [1.0, 1.0, -2.0]] {
+            assert_eq!(ViewCell::check(&Params { centre: None, size: Some(size) }).unwrap_err().0, "size");
+        }
+        let centre = Some([0.0, f64::INFINITY, 0.0]);
+        assert_eq!(ViewCell::check(&Params { centre, size: None }).unwrap_err().0, "centre");
+        assert_eq!(ViewCell::check(&Params::default()), Ok(()));
+    }
+}

@@ -1,0 +1,137 @@
+//! One view of one stand-in: its pictures and what was measured in them.
+
+use super::{
+    classes::{Classes, Counts, Rule, classify},
+    edges::{Surfaces, dilate_square, discontinuities},
+    frame::Frame,
+    parallax::{Angle, Parallax},
+};
+use crate::{
+    image::{
+        Picture,
+        measure::{decibel, luminance, mean_within, psnr_within, squared_error, ssim_map},
+    },
+    math::{Stop, Stopped, View},
+    raster::{Geometry, NOTHING, Nearest, Options, Rendering, Shader, nearest, picture},
+    voxel::Cell,
+};
+use glam::DVec3;
+
+/// The object's pixels are those of both coverages, dilated by so many pixels to each side.
+const OBJECT_MARGIN: usize = 4;
+
+/// How views are compared.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting {
+    pub cell: Cell,
+    /// A pixel's angle, radians.
+    pub pixel: f64,
+    /// The bound, pixels.
+    pub bound_px: f64,
+    pub rendering: Rendering,
+}
+
+/// What one scene shows in a view.
+pub struct Shot {
+    pub nearest: Nearest,
+    pub picture: Picture,
+    /// Luminance of `picture`, [0, 255].
+    luminance: Vec<f32>,
+}
+
+/// A view of the original with everything that its comparisons share.
+pub struct Reference {
+    pub shot: Shot,
+    edges: Vec<u8>,
+    rule: Rule,
+}
+
+/// What one view says about a stand-in.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ViewFigures {
+    /// dB over the whole picture.
+    pub psnr: f64,
+    /// dB over the object's pixels; `None` where neither scene is seen.
+    pub psnr_object: Option<f64>,
+    pub ssim: f64,
+    pub ssim_object: Option<f64>,
+    pub counts: Counts,
+    /// Pixels where the stand-in shows the back of a single-sided material, which engines do not draw.
+    pub back_facing: u64,
+}
+
+impl Shot {
+    pub fn take(shader: &Shader, view: &View, rendering: &Rendering, stop: &Stop) -> Result<Self, Stopped> {
+        let picture = picture(shader, view, rendering, stop)?;
+        let luminance = picture.texels.iter().map(|t| luminance([t[0].into(), t[1].into(), t[2].into()])).collect();
+        Ok(Self { nearest: nearest(shader.geometry, view, &Options::default(), stop)?, picture, luminance })
+    }
+
+    pub fn surfaces(&self) -> Surfaces<'_> {
+        let n = &self.nearest;
+        Surfaces { width: n.width as usize, depth: &n.depth, triangle: &n.triangle }
+    }
+}
+
+impl Reference {
+    pub fn take(original: &Shader, view: &View, setting: &Setting, stop: &Stop) -> Result<Self, Stopped> {
+        let shot = Shot::take(original, view, &setting.rendering, stop)?;
+        let rule = Rule {
+            parallax: Parallax::new(view, &setting.cell),
+            bound: Angle::new(setting.bound_px * setting.pixel),
+            band_px: setting.bound_px.ceil() as u32,
+        };
+        let plane = |t| plane(original.geometry, view, t);
+        let edges = discontinuities(&shot.surfaces(), &rule.parallax, Angle::new(setting.pixel), &plane);
+        Ok(Self { shot, edges, rule })
+    }
+
+    pub fn classes(&self, stand_in: &Shot) -> Classes {
+        classify(&self.shot.surfaces(), &stand_in.surfaces(), &self.edges, &self.rule)
+    }
+
+    /// Beside `frame`'s window both scenes show the background alone.
+    pub fn measure(&self, stand_in: &Shot, geometry: &Geometry, frame: &Frame) -> ViewFigures {
+        let (a, b) = (&self.shot, stand_in);
+        let width = a.nearest.width as usize;
+        let (sa, sb) = (a.surfaces(), b.surfaces());
+        let either: Vec<bool> = (0..sa.depth.len()).map(|i| sa.covered(i) || sb.covered(i)).collect();
+        let object = dilate_square(&either, width, OBJECT_MARGIN);
+        let similarity = ssim_map(&a.luminance, &b.luminance, width);
+        let outside = frame.pixels - similarity.len() as f64;
+        let similar: f64 = similarity.iter().map(|v| f64::from(*v)).sum();
+        ViewFigures {
+            psnr: decibel(squared_error(&a.luminance, &b.luminance) / frame.pixels),
+            psnr_object: psnr_within(&a.luminance, &b.luminance, &object),
+            ssim: (similar + outside) / frame.pixels,
+            ssim_object: mean_within(&similarity, &object),
+            counts: self.classes(b).counts,
+            back_facing: back_facing(geometry, &frame.window, &b.nearest),
+        }
+    }
+}
+
+/// The k of a triangle's plane, with 1/depth = k·d along the ray direction d in camera axes. Not finite where the plane
+/// holds the eye.
+fn plane(geometry: &Geometry, view: &View, triangle: u32) -> DVec3 {
+    let [a, b, c] = geometry.positions(triangle).map(|p| {
+        let d = p - view.eye;
+        DVec3::new(d.dot(view.right), d.dot(view.up), d.dot(view.forward))
+    });
+    let n = (b - a).cross(c - a);
+    n / n.dot(a)
+}
+
+/// Pixels that show the back of a single-sided material.
+fn back_facing(geometry: &Geometry, view: &View, seen: &Nearest) -> u64 {
+    let mut last = (NOTHING, false);
+    let back = |t: &&u32| {
+        if last.0 != **t {
+            let [a, b, c] = geometry.positions(**t);
+            let away = (b - a).cross(c - a).dot(a - view.eye) > 0.0;
+            last = (**t, away && !geometry.material_of(**t).double_sided);
+        }
+        last.1
+    };
+    seen.triangle.iter().filter(|t| **t != NOTHING).filter(back).count() as u64
+}

@@ -1,0 +1,28 @@
+//! The certificate: how much a stand-in differs from its original, measured over many views of the view cell.
+//!
+//! Original and stand-in are always drawn alike: same views, same filter, same background, same shading. Which surface a
+//! pixel sees is decided by depth at its centre and never by colour. The same input gives the same bytes on any number of
+//! threads (FLIP comes from C++ code and is rounded).
+
+mod certificate;
+pub mod classes;
+mod compare;
+mod cracks;
+mod deviation;
+pub mod edges;
+mod figures;
+mod frame;
+mod measure;
+pub mod parallax;
+mod pictures;
+mod shading;
+pub mod views;
+
+pub use certificate::{Bound, Camera, Ceiling, Certificate, Flip, StandIn, WorstView};
+pub use compare::{CompareError, Comparison, Options, VIEWS_AT_ONCE, compare};
+pub use figures::{Band, Figures, MeanMax, MeanMin, Total};
+pub use shading::Choice;
+pub use views::Sampling;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,150 @@
+//! `farfield bake`.
+
+use super::{
+    Done, Exit,
+    events::{self, Style},
+    folders::CacheArg,
+    interrupt,
+    pipeline::PipelineArgs,
+    print,
+    quantity::{bytes, share, show_bytes, show_seconds},
+};
+use crate::engine::{
+    bake::{self, Forecast, Options, Outcome, Report},
+    plan::Plan,
+};
+use std::path::PathBuf;
+
+/// Bakes a pipeline; takes from the cache what did not change
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    pipeline: PipelineArgs,
+    /// Say what would run (`hit`, `runs`, `may run`); run nothing, write nothing
+    #[arg(long)]
+    dry_run: bool,
+    /// Only this node and what it needs; nothing is published then. May be given several times
+    #[arg(long, value_name = "NODE")]
+    only: Vec<String>,
+    /// Run this node although the cache holds its result. May be given several times
+    #[arg(long, value_name = "NODE")]
+    force: Vec<String>,
+    /// Tasks and threads at a time [default: as many as the machine has]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+    /// Memory that running tasks may use together: 4GiB [default: three quarters of the machine's]
+    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    memory: Option<u64>,
+    #[command(flatten)]
+    cache: CacheArg,
+    /// The folder of the results; a pipeline writes to DIR/<its name>
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    /// After a failure, bake whatever does not depend on it
+    #[arg(long)]
+    keep_going: bool,
+    /// Recompute this share of the hits and compare bytes: 5%
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    audit: Option<f64>,
+    /// How to tell of progress [default: bars on a terminal, else plain]
+    #[arg(long, value_enum)]
+    events: Option<Style>,
+    /// Write a trace that chrome://tracing and Perfetto show
+    #[arg(long, value_name = "FILE")]
+    profile: Option<PathBuf>,
+}
+
+pub fn run(args: &Args) -> Done {
+    let plan = args.pipeline.load()?;
+    let options = Options {
+        jobs: args.jobs.map_or(0, usize::from),
+        memory: args.memory.unwrap_or(0),
+        only: known("--only", &args.only, &plan)?,
+        force: known("--force", &args.force, &plan)?,
+        keep_going: args.keep_going,
+        dry_run: args.dry_run,
+        audit: args.audit.unwrap_or(0.0),
+        profile: args.profile.clone(),
+        ..Options::new(args.cache.folder(), &args.out)
+    };
+    let style = args.events.unwrap_or_else(Style::of_terminal);
+    let stop = interrupt::stop()?;
+    let report = bake::bake(&plan, &options, &stop, &*events::receiver(style))?;
+    if args.dry_run {
+        print(&forecast(&report))?;
+    } else if !matches!(style, Style::Json) {
+        print(&summary(&plan, &report))?;
+    }
+    match report.outcome {
+        Outcome::Baked => Ok(()),
+        outcome => Err(Exit(outcome.exit_code())),
+    }
+}
+
+/// The names of nodes given to `option`; a wrong one is an error with the nearest.
+fn known(option: &str, names: &[String], plan: &Plan) -> Result<Vec<String>, Exit> {
+    let nodes = || plan.nodes.iter().map(|n| n.name.as_str());
+    let part = |name: &str| nodes().any(|n| n.strip_prefix(name).is_some_and(|rest| rest.starts_with('/')));
+    match names.iter().find(|name| !nodes().any(|n| n == **name) && !part(name)) {
+        None => Ok(names.to_vec()),
+        Some(wrong) => {
+            let hint = crate::engine::pipeline::did_you_mean(wrong, nodes());
+            let all = crate::engine::pipeline::name_list(nodes());
+            Err(Exit::say(2, format!("{option} {wrong}: no such node; {hint}the nodes are {all}")))
+        }
+    }
+}
+
+/// A dry run, node by node.
+fn forecast(report: &Report) -> String {
+    let width = report.nodes.iter().map(|n| n.name.len()).max().unwrap_or(0);
+    let word = |f: Option<Forecast>| match f {
+        Some(Forecast::Hit) => "hit",
+        Some(Forecast::Runs) => "runs",
+        Some(Forecast::MayRun) => "may run",
+        None => "unknown",
+    };
+    report.nodes.iter().map(|n| format!("{:width$}  {}\n", n.name, word(n.forecast))).collect()
+}
+
+/// The last lines of a bake.
+fn summary(plan: &Plan, report: &Report) -> String {
+    let mut out = String::new();
+    for bound in &report.unmet {
+        let measured = bound.measured.map_or("no number".to_owned(), |v| format!("{v}"));
+        let wanted = match (bound.min, bound.max) {
+            (Some(min), Some(max)) if min == max => format!("{min}"),
+            (Some(min), Some(max)) => format!("{min} … {max}"),
+            (Some(min), None) => format!("at least {min}"),
+            (None, Some(max)) => format!("at most {max}"),
+            (None, None) => "a number".to_owned(),
+        };
+        out += &format!("not met: {}: {} is {measured}, required {wanted}\n", bound.node, bound.path);
+    }
+    let word = match report.outcome {
+        Outcome::Baked => "baked",
+        Outcome::Failed => "failed",
+        Outcome::NotMet => "certificate not met",
+        Outcome::Interrupted => "interrupted",
+    };
+    out += &format!(
+        "{word}: {}, {} hits, {} ran, {}",
+        plan.name,
+        report.hits(),
+        report.runs(),
+        show_seconds(report.seconds)
+    );
+    if let Some(peak) = report.peak_memory {
+        out += &format!(", peak {}", show_bytes(peak));
+    }
+    if report.warnings > 0 {
+        out += &format!(", {} warning{}", report.warnings, if report.warnings == 1 { "" } else { "s" });
+    }
+    match report.outcome {
+        Outcome::Baked | Outcome::NotMet if !report.nodes.is_empty() => {
+            out += &format!(" → {}", report.folder.display());
+        }
+        _ => {}
+    }
+    out + "\n"
+}

@@ -1,0 +1,32 @@
+//! `farfield check`.
+
+use super::{Done, pipeline::PipelineArgs, print};
+use crate::engine::plan::Plan;
+
+/// Checks a pipeline without running anything
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    pipeline: PipelineArgs,
+}
+
+pub fn run(args: &Args) -> Done {
+    print(&summary(&args.pipeline.load()?))
+}
+
+/// What the pipeline consists of, in a few lines.
+fn summary(plan: &Plan) -> String {
+    let many = |n: usize, one: &str| format!("{n} {one}{}", if n == 1 { "" } else { "s" });
+    let mapped = plan.nodes.iter().filter(|n| !n.axes.is_empty()).count();
+    let mut out = format!("ok: pipeline {}, {}", plan.name, many(plan.nodes.len(), "node"));
+    if mapped > 0 {
+        out += &format!(" ({mapped} mapped over lists)");
+    }
+    out += &format!(", {}, {}\n", many(plan.files.len(), "file"), many(plan.require.len(), "requirement"));
+    for file in &plan.files {
+        let node = &plan.nodes[file.from.node.0 as usize];
+        let port = node.kind.spec().outputs[file.from.port as usize].name;
+        out += &format!("  {} ← {}.{port}\n", file.path, node.name);
+    }
+    out
+}

@@ -1,0 +1,160 @@
+//! `farfield compare`.
+
+use super::{Done, Exit, interrupt, print};
+use crate::{
+    certify::{self, Bound, Choice, CompareError, Comparison, Sampling, StandIn},
+    formats::{self, DiskFiles, Limits},
+    image::encode_png,
+    scene::{Scene, builtin},
+    voxel::Cell,
+};
+use glam::DVec3;
+use std::path::{Path, PathBuf};
+
+/// Certifies how much one scene differs from another, seen from a cell
+#[derive(clap::Args)]
+pub struct Args {
+    /// The original: glTF, GLB, OBJ, PLY or scene TOML, or builtin:NAME
+    original: PathBuf,
+    /// What stands in for it, the same kinds of file
+    stand_in: PathBuf,
+    /// The view cell: its centre and its side lengths, metres
+    #[arg(long, value_name = "X,Y,Z,SX,SY,SZ", value_parser = cell, allow_hyphen_values = true)]
+    cell: Cell,
+    /// What the stand-in was simplified from; its figures are the ceiling
+    #[arg(long, value_name = "FILE")]
+    ceiling: Option<PathBuf>,
+    /// Views, the eight corners of the cell first
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(8..=100_000))]
+    views: u32,
+    /// Seed of the sequence of views
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Width and height of a picture, pixels
+    #[arg(long, value_name = "PX", default_value_t = 1024)]
+    resolution: u32,
+    /// Field of view of a picture, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 45.0)]
+    fov: f64,
+    /// Samples of a pixel in x and in y
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    samples: u32,
+    /// Which colours are compared
+    #[arg(long, value_enum, default_value_t = Shading::Auto)]
+    shading: Shading,
+    /// The displacement on the screen that is allowed, pixels
+    #[arg(long, value_name = "PX", default_value_t = 1.0)]
+    bound: f64,
+    /// Write certificate.json and pictures/ there; without it the certificate goes to standard output
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Shading {
+    /// unlit, or noise where the original has no colour
+    Auto,
+    /// The base colour as it is
+    Unlit,
+    /// A sun and a sky; unlit materials as they are
+    Lit,
+    /// Base colour times a 3D noise
+    Noise,
+}
+
+/// Centre and side lengths.
+fn cell(text: &str) -> Result<Cell, String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map(|n| n.trim().parse().map_err(|_| format!("`{n}` is no number")))
+        .collect::<Result<_, _>>()?;
+    let [x, y, z, sx, sy, sz] = numbers[..] else {
+        return Err(format!("expected six numbers X,Y,Z,SX,SY,SZ, found {}", numbers.len()));
+    };
+    let cell = Cell { centre: DVec3::new(x, y, z), half: DVec3::new(sx, sy, sz) * 0.5 };
+    if !(cell.centre.is_finite() && cell.half.is_finite() && cell.half.min_element() > 0.0) {
+        return Err("expected a finite centre and side lengths > 0".into());
+    }
+    Ok(cell)
+}
+
+pub fn run(args: &Args) -> Done {
+    let original = load(&args.original)?;
+    let stand_in = load(&args.stand_in)?;
+    let ceiling = args.ceiling.as_deref().map(load).transpose()?;
+    // Built-in scenes have no file.
+    let bytes = std::fs::read(&args.stand_in).unwrap_or_default();
+    let options = certify::Options {
+        sampling: Sampling {
+            views: args.views,
+            seed: args.seed,
+            resolution: args.resolution,
+            fov: args.fov.to_radians(),
+        },
+        samples_per_axis: args.samples,
+        shading: match args.shading {
+            Shading::Auto => Choice::Auto,
+            Shading::Unlit => Choice::Unlit,
+            Shading::Lit => Choice::Lit,
+            Shading::Noise => Choice::Noise,
+        },
+        bound: Bound { kind: "given on the command line".into(), value: args.bound, unit: "px".into() },
+        stand_in: StandIn {
+            name: args.stand_in.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
+            blake3: if bytes.is_empty() { String::new() } else { blake3::hash(&bytes).to_hex().to_string() },
+        },
+        bytes: bytes.len() as u64,
+        ceiling_views: args.views,
+    };
+    let stop = interrupt::stop()?;
+    let comparison = certify::compare(&original, &stand_in, ceiling.as_ref(), &args.cell, &options, &stop)
+        .map_err(|e| Exit::say(exit_code(&e), e))?;
+    match &args.out {
+        Some(folder) => write(folder, &comparison).map_err(|e| Exit::say(1, e)),
+        None => print(&comparison.certificate.to_json()),
+    }
+}
+
+fn exit_code(error: &CompareError) -> u8 {
+    match error {
+        CompareError::Stopped(_) => 130,
+        CompareError::Bound { .. } | CompareError::Resolution { .. } | CompareError::FieldOfView(_) => 2,
+        _ => 1,
+    }
+}
+
+fn load(path: &Path) -> Result<Scene, Exit> {
+    if let Some(name) = path.to_str().and_then(|p| p.strip_prefix("builtin:")) {
+        let known = builtin::NAMES.join(", ");
+        return builtin::make(name, 1)
+            .ok_or_else(|| Exit::say(2, format!("there is no built-in scene `{name}`; there are {known}")));
+    }
+    formats::load(path, &DiskFiles, &Limits::default()).map_err(|e| Exit::say(1, e))
+}
+
+fn write(folder: &Path, comparison: &Comparison) -> Result<(), String> {
+    let pictures = folder.join("pictures");
+    let wrong = |path: &Path, e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+    std::fs::create_dir_all(&pictures).map_err(|e| wrong(&pictures, &e))?;
+    for (name, picture) in &comparison.pictures {
+        let path = pictures.join(format!("{name}.png"));
+        let bytes = encode_png(picture).map_err(|e| wrong(&path, &e))?;
+        std::fs::write(&path, bytes).map_err(|e| wrong(&path, &e))?;
+    }
+    let path = folder.join("certificate.json");
+    std::fs::write(&path, comparison.certificate.to_json()).map_err(|e| wrong(&path, &e))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cell_is_six_numbers() {
+        let c = cell("1,-2, 3,4,6,8").unwrap();
+        assert_eq!((c.centre, c.half), (DVec3::new(1.0, -2.0, 3.0), DVec3::new(2.0, 3.0, 4.0)));
+        for (text, message) in [("1,2,3", "six numbers"), ("1,2,x,1,1,1", "`x`"), ("1,2,3,0,1,1", "> 0")] {
+            assert!(cell(text).unwrap_err().contains(message), "{text}");
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! One line per node that ran, warning, failure and file.
+
+use crate::{
+    cli::quantity::{show_bytes, show_seconds},
+    engine::events::{Event, Events},
+};
+
+pub struct Plain;
+
+impl Events for Plain {
+    fn event(&self, event: &Event) {
+        if let Some(line) = line(event) {
+            eprintln!("{line}");
+        }
+    }
+}
+
+/// Where something happened: `node`, `node/element`, or the bake itself.
+fn place(node: Option<&str>, element: Option<&str>) -> String {
+    match (node, element) {
+        (Some(node), Some(element)) => format!("{node}/{element}: "),
+        (Some(node), None) => format!("{node}: "),
+        _ => String::new(),
+    }
+}
+
+/// The event as a line; hits and steps on the way are not worth one.
+pub fn line(event: &Event) -> Option<String> {
+    match *event {
+        Event::NodeFinished { node, hits, runs, failed, skipped, seconds } if runs + failed + skipped > 0 => {
+            let mut line = format!("{node}: {runs} ran");
+            for (count, word) in [(hits, "hits"), (failed, "failed"), (skipped, "skipped")] {
+                if count > 0 {
+                    line += &format!(", {count} {word}");
+                }
+            }
+            Some(format!("{line}, {}", show_seconds(seconds)))
+        }
+        Event::Warning { node, element, text } => Some(format!("warning: {}{text}", place(node, element))),
+        Event::Failed { node, element, error } => Some(format!("error: {}{error}", place(Some(node), element))),
+        Event::Published { path, bytes } => Some(format!("wrote {path}, {}", show_bytes(bytes))),
+        _ => None,
+    }
+}

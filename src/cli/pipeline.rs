@@ -1,0 +1,48 @@
+//! The arguments that name a pipeline, and the reports of what is wrong with it.
+
+use super::{Exit, stock::STOCK};
+use crate::engine::{
+    pipeline::{self, Problems, Request},
+    plan::Plan,
+};
+use miette::GraphicalTheme;
+use std::io::IsTerminal;
+
+#[derive(clap::Args)]
+pub struct PipelineArgs {
+    /// A pipeline file, or the name of a stock pipeline such as `tdm`
+    #[arg(value_name = "FILE|NAME")]
+    pub file: String,
+    /// Gives a knob or a node's parameter another value: `--set resolution=512 --set collapse.factor=1.5`. Paths start
+    /// from the working folder; text needs no quotes
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+    /// Lets scenes name files outside their own folder
+    #[arg(long)]
+    pub allow_outside: bool,
+}
+
+impl PipelineArgs {
+    /// The checked plan; what is wrong goes to standard error.
+    pub fn load(&self) -> Result<Plan, Exit> {
+        let folder = std::env::current_dir().map_err(|e| Exit::say(2, format!("no working folder: {e}")))?;
+        let everywhere = [("allow_outside", serde_json::Value::Bool(true))];
+        let request = Request {
+            file: &self.file,
+            folder: &folder,
+            set: &self.set,
+            stock: STOCK,
+            everywhere: if self.allow_outside { &everywhere } else { &[] },
+        };
+        pipeline::load(&request, &crate::nodes::registry()).map_err(|problems| report(&problems))
+    }
+}
+
+fn report(problems: &Problems) -> Exit {
+    let terminal = std::io::stderr().is_terminal();
+    let colour = terminal && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
+    let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
+    eprint!("{}", problems.render(theme, 110));
+    let count = problems.list.len();
+    Exit::say(2, format!("{count} mistake{} in the pipeline; nothing was run", if count == 1 { "" } else { "s" }))
+}

@@ -1,0 +1,25 @@
+//! `farfield why`.
+
+use super::{Done, folders::CacheArg, pipeline::PipelineArgs, print};
+use crate::engine::{bake::Options, why::why};
+use std::path::PathBuf;
+
+/// Tells why a node, or one of its elements, ran when it last did
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    pipeline: PipelineArgs,
+    /// NODE, or NODE/ELEMENT
+    what: String,
+    #[command(flatten)]
+    cache: CacheArg,
+    /// The folder of the results
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+}
+
+pub fn run(args: &Args) -> Done {
+    let plan = args.pipeline.load()?;
+    let answer = why(&plan, &Options::new(args.cache.folder(), &args.out), &args.what)?;
+    print(&format!("{}\n", answer.trim_end()))
+}

@@ -1,0 +1,277 @@
+//! Nodes against their kinds: every key is a port, a parameter or one of the engine's own words, every reference names
+//! an output of the right type.
+
+use super::{
+    draft::{Draft, DraftNode, Item, what},
+    problem::Problem,
+    source::Place,
+    suggest,
+    types::{self, Ty},
+    value::Values,
+};
+use crate::engine::node::{Arity, Kind, PortSpec, Registry};
+use serde_json::{Map, Value};
+use std::{collections::BTreeMap, rc::Rc, sync::Arc};
+use toml::de::DeValue;
+
+/// Keys of a node that no kind may use as the name of a port or parameter.
+pub const OWN_KEYS: [&str; 5] = ["kind", "pipeline", "join", "cross", "per"];
+
+/// A kind with its ports and parameters by name.
+pub struct KindInfo {
+    pub kind: Arc<dyn Kind>,
+    ports: BTreeMap<&'static str, usize>,
+    params: BTreeMap<String, Ty>,
+    required: Vec<String>,
+}
+
+impl KindInfo {
+    fn new(kind: &Arc<dyn Kind>) -> Self {
+        let (params, required) = types::parameters(&kind.spec().params);
+        let ports = kind.spec().inputs.iter().enumerate().map(|(i, p)| (p.name, i)).collect();
+        Self { kind: Arc::clone(kind), ports, params, required }
+    }
+
+    fn inputs(&self) -> &[PortSpec] {
+        &self.kind.spec().inputs
+    }
+
+    pub fn outputs(&self) -> &[PortSpec] {
+        &self.kind.spec().outputs
+    }
+}
+
+/// An output as the draft numbers nodes: those of `Links::nodes`.
+pub type Output = (usize, u32);
+
+/// A wired input port.
+#[derive(Clone, Default)]
+pub struct Input {
+    /// What feeds it. `None`: absent, or wrong and reported.
+    pub from: Option<Output>,
+    pub via: Option<Output>,
+    pub place: Place,
+}
+
+/// A node whose keys have been told apart.
+pub struct Link<'s> {
+    pub name: &'s str,
+    pub order: (u32, u32),
+    /// `None` where the kind is missing or unknown, which is reported.
+    pub info: Option<Rc<KindInfo>>,
+    pub params: Value,
+    pub inputs: Vec<Input>,
+    /// Some input is wrong, so that nothing can be said of the node's axes.
+    pub broken: bool,
+    pub join_inner: bool,
+    pub cross: Option<Place>,
+    pub per: Vec<(&'s str, Place)>,
+}
+
+/// All nodes, sorted by name.
+pub struct Links<'s> {
+    pub nodes: Vec<Link<'s>>,
+    pub registry: &'s Registry,
+}
+
+/// Tells the keys of all nodes apart.
+pub fn link<'s>(
+    draft: &'s Draft<'s>,
+    registry: &'s Registry,
+    values: &Values<'s>,
+    everywhere: &[(&str, Value)],
+    problems: &mut Vec<Problem>,
+) -> Links<'s> {
+    let mut kinds: BTreeMap<&str, Rc<KindInfo>> = BTreeMap::new();
+    let mut nodes: Vec<Link> = Vec::with_capacity(draft.nodes.len());
+    for (name, node) in &draft.nodes {
+        let info = kind_of(name, node, draft, registry, &mut kinds, problems);
+        nodes.push(Link {
+            name,
+            order: node.order,
+            params: Value::Null,
+            inputs: info.as_ref().map_or_else(Vec::new, |i| vec![Input::default(); i.inputs().len()]),
+            broken: info.is_none(),
+            info,
+            join_inner: false,
+            cross: None,
+            per: Vec::new(),
+        });
+    }
+    let mut links = Links { nodes, registry };
+    for (at, node) in draft.nodes.values().enumerate() {
+        if let Some(info) = links.nodes[at].info.clone() {
+            links.keys(at, node, &info, values, everywhere, problems);
+        }
+    }
+    links
+}
+
+fn kind_of<'s>(
+    name: &str,
+    node: &DraftNode<'s>,
+    draft: &Draft,
+    registry: &Registry,
+    kinds: &mut BTreeMap<&'s str, Rc<KindInfo>>,
+    problems: &mut Vec<Problem>,
+) -> Option<Rc<KindInfo>> {
+    if let Some(part) = node.get("pipeline") {
+        let message = format!("node `{name}`: a pipeline as a node is not supported yet");
+        let help = "give the node a `kind`; to change a whole pipeline, start your file with [pipeline] base = \"…\"";
+        problems.push(Problem::at(part.key, message, "not supported yet").help(help));
+        return None;
+    }
+    let Some(item) = node.kind else {
+        let others = draft.nodes.keys().copied().filter(|n| *n != name);
+        let help = format!(
+            "{}every node says its kind: kind = \"…\"; `farfield nodes` lists them",
+            suggest::did_you_mean(name, others)
+        );
+        problems.push(Problem::at(node.place, format!("node `{name}` has no `kind`"), "no kind").help(help));
+        return None;
+    };
+    let Some(wanted) = item.value.as_str() else {
+        let message = format!("`kind` is {}, expected text", what(item.value));
+        problems.push(Problem::at(item.place, message, "not text").help("kind = \"…\""));
+        return None;
+    };
+    if let Some(info) = kinds.get(wanted) {
+        return Some(Rc::clone(info));
+    }
+    let Some(kind) = registry.get(wanted) else {
+        let names: Vec<&str> = registry.iter().map(|k| k.spec().name).collect();
+        let help = format!(
+            "{}the kinds are {}",
+            suggest::did_you_mean(wanted, names.iter().copied()),
+            suggest::list(names.iter().copied())
+        );
+        problems.push(Problem::at(item.place, format!("unknown kind `{wanted}`"), "no such kind").help(help));
+        return None;
+    };
+    let info = Rc::new(KindInfo::new(kind));
+    kinds.insert(wanted, Rc::clone(&info));
+    Some(info)
+}
+
+impl<'s> Links<'s> {
+    fn keys(
+        &mut self,
+        at: usize,
+        node: &DraftNode<'s>,
+        info: &KindInfo,
+        values: &Values<'s>,
+        everywhere: &[(&str, Value)],
+        problems: &mut Vec<Problem>,
+    ) {
+        let before = problems.len();
+        let mut params = Map::new();
+        let mut given: Vec<(usize, Item)> = Vec::new();
+        for (key, item) in &node.keys {
+            if let Some(port) = info.ports.get(key) {
+                given.push((*port, *item));
+                let input = self.input(at, &info.inputs()[*port], *item, problems);
+                self.nodes[at].broken |= input.from.is_none();
+                self.nodes[at].inputs[*port] = input;
+            } else if let Some(ty) = info.params.get(*key) {
+                if let Some(value) = values.convert(key, *item, ty, problems) {
+                    params.insert((*key).to_owned(), value);
+                }
+            } else if OWN_KEYS.contains(key) {
+                self.own_key(at, key, *item, problems);
+            } else {
+                problems.push(unknown_key(key, *item, info));
+            }
+        }
+        let name = self.nodes[at].name;
+        for (port, spec) in info.inputs().iter().enumerate() {
+            if spec.arity != Arity::Optional && !given.iter().any(|g| g.0 == port) {
+                self.nodes[at].broken = true;
+                let message = format!("node `{name}` has no `{}`", spec.name);
+                let label = format!("kind `{}` needs the port `{}`", info.kind.spec().name, spec.name);
+                let help = format!("{} = \"…\", {}", spec.name, self.sources_of(at, spec));
+                problems.push(Problem::at(node.place, message, label).help(help));
+            }
+        }
+        for param in &info.required {
+            if !node.keys.iter().any(|(key, _)| key == param) {
+                let message = format!("node `{name}` has no `{param}`");
+                let label = format!("kind `{}` needs the parameter `{param}`", info.kind.spec().name);
+                let wanted = info.params.get(param).map(Ty::describe).unwrap_or_default();
+                problems.push(Problem::at(node.place, message, label).help(format!("{param} = …, {wanted}")));
+            }
+        }
+        for (key, value) in everywhere.iter().filter(|(key, _)| info.params.contains_key(*key)) {
+            params.insert((*key).to_owned(), value.clone());
+        }
+        if problems.len() == before {
+            self.nodes[at].params = judge(name, node, info, Value::Object(params), problems);
+        }
+    }
+
+    fn own_key(&mut self, at: usize, key: &str, item: Item<'s>, problems: &mut Vec<Problem>) {
+        let mut wrong = |place: Place, wanted: &str, found: &DeValue| {
+            let message = format!("`{key}` is {}, expected {wanted}", what(found));
+            problems.push(Problem::at(place, message, format!("found {}", what(found))));
+        };
+        let node = &mut self.nodes[at];
+        match (key, item.value) {
+            ("cross", DeValue::Boolean(on)) => node.cross = on.then_some(item.place),
+            ("cross", other) => wrong(item.place, "true or false", other),
+            ("join", DeValue::String(s)) if s == "inner" || s == "exact" => node.join_inner = s == "inner",
+            ("join", DeValue::String(s)) => problems.push(
+                Problem::at(item.place, format!("`join` cannot be \"{s}\""), "no such join").help(
+                    "\"exact\" (the default): a name missing on one side is an error; \"inner\": such elements are dropped",
+                ),
+            ),
+            ("join", other) => wrong(item.place, "\"exact\" or \"inner\"", other),
+            ("per", DeValue::Array(names)) => {
+                for entry in names {
+                    let place = Place::new(item.place.source, entry.span());
+                    match entry.get_ref() {
+                        DeValue::String(s) => node.per.push((s, place)),
+                        other => wrong(place, "the name of a list output, in quotes", other),
+                    }
+                }
+            }
+            ("per", other) => wrong(item.place, "a list such as [\"cells\"]", other),
+            _ => {}
+        }
+    }
+}
+
+fn unknown_key(key: &str, item: Item, info: &KindInfo) -> Problem {
+    let names = || info.ports.keys().copied().chain(info.params.keys().map(String::as_str));
+    let mut parts = Vec::new();
+    if !info.ports.is_empty() {
+        parts.push(format!("the ports {}", suggest::list(info.ports.keys().copied())));
+    }
+    if !info.params.is_empty() {
+        parts.push(format!("the parameters {}", suggest::list(info.params.keys().map(String::as_str))));
+    }
+    if parts.is_empty() {
+        parts.push("neither ports nor parameters".to_owned());
+    }
+    let kind = info.kind.spec().name;
+    let help = format!("{}`{kind}` has {}", suggest::did_you_mean(key, names().chain(OWN_KEYS)), parts.join(" and "));
+    Problem::at(item.key, format!("kind `{kind}` has no `{key}`"), "no such port or parameter").help(help)
+}
+
+/// Parameters as the kind itself reads and judges them.
+fn judge(name: &str, node: &DraftNode, info: &KindInfo, params: Value, problems: &mut Vec<Problem>) -> Value {
+    match info.kind.normalise(&params) {
+        Ok(params) => {
+            if let Err((param, message)) = info.kind.check(&params) {
+                let given = node.get(param);
+                let place = given.map_or(node.place, |item| item.place);
+                let label = if given.is_some() { "refused" } else { "the default does not fit" };
+                problems.push(Problem::at(place, format!("node `{name}`, `{param}`: {message}"), label));
+            }
+            params
+        }
+        Err(e) => {
+            let message = format!("node `{name}`: its parameters do not fit together: {e}");
+            problems.push(Problem::at(node.place, message, "these parameters"));
+            Value::Null
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! Pipeline files: from TOML to a checked [`Plan`].
+//!
+//! `read` finds the texts, `draft` lays a file over its bases, `link` tells the nodes' keys apart and wires their ports,
+//! `order` sorts them, `axes` follows lists, `publish` checks what leaves. Every step goes on after what is wrong and
+//! says nothing of what follows from it, so that one report names all mistakes and no others. Nothing runs, and nothing
+//! is read but pipeline files; sources are only looked for.
+
+mod axes;
+mod draft;
+mod link;
+mod order;
+mod problem;
+mod publish;
+mod read;
+mod reference;
+mod source;
+mod suggest;
+mod types;
+mod value;
+
+pub use draft::valid_name;
+pub use link::OWN_KEYS;
+pub use problem::{Problem, Problems};
+pub use read::Stock;
+pub use source::{Place, Source, Sources};
+pub use suggest::{did_you_mean, list as name_list, nearest};
+pub use types::{Ty, parameters};
+
+use super::{
+    node::Registry,
+    plan::{NodeId, OutputRef, Plan, PlanInput, PlanNode, Publish, Requirement},
+};
+use axes::NodeAxes;
+use draft::Draft;
+use link::Links;
+use read::Layer;
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+use value::Values;
+
+/// What to load.
+pub struct Request<'a> {
+    /// A path, or the name of a stock pipeline.
+    pub file: &'a str,
+    /// The working folder, absolute: where `file` and the paths in `set` start from.
+    pub folder: &'a Path,
+    /// `name=value` and `node.param=value`, the value in TOML's syntax or as plain text.
+    pub set: &'a [String],
+    /// The pipelines that the program carries.
+    pub stock: &'a [Stock],
+    /// Parameters that every node gets whose kind has them, over what the file says.
+    pub everywhere: &'a [(&'a str, serde_json::Value)],
+}
+
+/// Reads and checks a pipeline. The error holds everything that is wrong with it.
+pub fn load(request: &Request, registry: &Registry) -> Result<Plan, Problems> {
+    match read::open(request.file, request.folder, request.stock) {
+        Ok((source, path)) => check(source, &path, request, registry),
+        Err(problem) => Err(Problems::new(Sources::default(), vec![problem])),
+    }
+}
+
+/// Checks the pipeline `text` as [`load`] does a file; `name` stands for the file, in `request.folder`.
+pub fn load_text(name: &str, text: &str, request: &Request, registry: &Registry) -> Result<Plan, Problems> {
+    let source =
+        Source { name: name.to_owned(), text: text.into(), folder: request.folder.to_owned(), argument: false };
+    check(source, &request.folder.join(name), request, registry)
+}
+
+fn check(top: Source, path: &Path, request: &Request, registry: &Registry) -> Result<Plan, Problems> {
+    let mut problems = Vec::new();
+    let mut sources = Sources::default();
+    let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or("pipeline").to_owned();
+    let text = Arc::clone(&top.text);
+    let number = sources.add(top);
+    let Some(table) = read::parse(number, &text, &mut problems) else { return Err(Problems::new(sources, problems)) };
+    let base_texts = read::bases(&table, path, request.stock, &mut sources, &mut problems);
+    let mut layers: Vec<Layer> = Vec::new();
+    for (source, text) in base_texts.iter().rev() {
+        layers.extend(read::parse(*source, text, &mut problems).map(|table| Layer { source: *source, table }));
+    }
+    layers.push(Layer { source: number, table });
+    let mut arguments = Vec::new();
+    for text in request.set {
+        let name = "--set".to_owned();
+        let folder = request.folder.to_owned();
+        let source = sources.add(Source { name, text: text.as_str().into(), folder, argument: true });
+        match read::argument(source, text) {
+            Ok(argument) => arguments.push(argument),
+            Err(problem) => problems.push(problem),
+        }
+    }
+    if !problems.is_empty() {
+        // A missing base or a broken text: what else is wrong cannot be told yet.
+        return Err(Problems::new(sources, problems));
+    }
+    let mut draft = draft::merge(&layers, &mut problems);
+    let owners = |draft: &Draft, param: &str| owners(draft, param, registry);
+    draft::apply(&mut draft, &arguments, owners, &mut problems);
+    let plan = resolve(&draft, &sources, &stem, path, request.everywhere, registry, &mut problems);
+    match plan {
+        Some(plan) if problems.is_empty() => Ok(plan),
+        _ => Err(Problems::new(sources, problems)),
+    }
+}
+
+/// The nodes whose kind has parameter `param`.
+fn owners(draft: &Draft, param: &str, registry: &Registry) -> Vec<String> {
+    let has = |node: &draft::DraftNode| {
+        let kind = node.kind.and_then(|k| registry.get(k.value.as_str()?));
+        kind.is_some_and(|k| parameters(&k.spec().params).0.contains_key(param))
+    };
+    draft.nodes.iter().filter(|(_, node)| has(node)).map(|(name, _)| (*name).to_owned()).collect()
+}
+
+fn resolve<'s>(
+    draft: &'s Draft<'s>,
+    sources: &'s Sources,
+    stem: &str,
+    path: &Path,
+    everywhere: &[(&str, serde_json::Value)],
+    registry: &'s Registry,
+    problems: &mut Vec<Problem>,
+) -> Option<Plan> {
+    let name = name(draft, stem, problems);
+    let values = Values { sources, knobs: &draft.knobs, used: Default::default(), missed: Default::default() };
+    if draft.nodes.is_empty() {
+        let help =
+            "a node is a table such as [nodes.load] with kind = \"load-scene\"; `farfield nodes` lists the kinds";
+        problems.push(Problem::at(Place::default(), "the pipeline has no nodes", "nothing to bake").help(help));
+    }
+    let links = link::link(draft, registry, &values, everywhere, problems);
+    let order = order::order(&links, problems);
+    let known = axes::infer(&links, &order, problems);
+    publish::outputs(draft, &links, problems);
+    let files = publish::files(draft, &links, &known, problems);
+    let bounds = publish::require(draft, &links, &values, problems);
+    knobs(draft, &links, &values, problems);
+    if problems.is_empty() { plan(name, path, links, &order, known, files, bounds) } else { None }
+}
+
+/// The pipeline's name, which names its folder below `out/`.
+fn name(draft: &Draft, stem: &str, problems: &mut Vec<Problem>) -> String {
+    let given = draft.name.and_then(|item| Some((item.value.as_str()?, item.place)));
+    if let Some((name, place)) = given
+        && !valid_name(name)
+    {
+        let help = "letters, digits, `-` and `_`: it names the folder that the bake writes";
+        problems.push(Problem::at(place, format!("`{name}` is no name for a pipeline"), "not a name").help(help));
+    }
+    let name = given.map_or(stem, |(name, _)| name);
+    name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '-' }).collect()
+}
+
+/// Knobs hold plain values, and a knob that the file itself gives is used.
+fn knobs(draft: &Draft, links: &Links, values: &Values, problems: &mut Vec<Problem>) {
+    let (used, missed) = (values.used.borrow(), values.missed.borrow());
+    let known = || draft.knobs.keys().copied();
+    for (name, item) in &draft.knobs {
+        if !valid_name(name) {
+            let message = format!("`{name}` is no name for a knob");
+            problems.push(Problem::at(item.key, message, "not a name").help("letters, digits, `-` and `_`"));
+        } else if let Some(text) = item.value.as_str()
+            && text.starts_with('{')
+            && text.ends_with('}')
+        {
+            let message = format!("knob `{name}` refers to another knob");
+            let help = "a knob holds a plain value; nodes refer to knobs";
+            problems.push(Problem::at(item.place, message, "a reference").help(help));
+        } else if !used.contains(name) && !draft.overruled.contains(name) && item.key.source == 0 {
+            // What would use it may be wrong itself, and reported already.
+            let unknown = links.nodes.iter().any(|node| node.info.is_none());
+            if unknown || missed.iter().any(|m| nearest(m, known()) == Some(name)) {
+                continue;
+            }
+            let others = draft.knobs.keys().copied().filter(|k| used.contains(k));
+            let help = format!(
+                "{}a node uses a knob by writing \"{{{name}}}\" in place of a value",
+                suggest::did_you_mean(name, others)
+            );
+            problems.push(Problem::at(item.key, format!("no node uses the knob `{name}`"), "not used").help(help));
+        }
+    }
+}
+
+fn plan(
+    name: String,
+    path: &Path,
+    links: Links,
+    order: &[usize],
+    known: Vec<Option<NodeAxes>>,
+    files: Vec<publish::FileEntry>,
+    bounds: Vec<publish::Bound>,
+) -> Option<Plan> {
+    let mut number = vec![NodeId(0); order.len()];
+    for (id, at) in order.iter().enumerate() {
+        number[*at] = NodeId(id as u32);
+    }
+    let output = |(node, port): link::Output| OutputRef { node: number[node], port };
+    let outputs = |list: Vec<link::Output>| list.into_iter().map(output).collect::<Vec<_>>();
+    let mut links: Vec<Option<link::Link>> = links.nodes.into_iter().map(Some).collect();
+    let mut known = known;
+    let mut nodes = Vec::with_capacity(order.len());
+    for at in order {
+        let (link, axes) = (links[*at].take()?, known[*at].take()?);
+        let inputs = link.inputs.iter().zip(axes.inputs).zip(axes.gathered);
+        nodes.push(PlanNode {
+            name: link.name.to_owned(),
+            kind: Arc::clone(&link.info?.kind),
+            params: link.params,
+            inputs: inputs
+                .map(|((input, axes), gathered)| PlanInput {
+                    from: input.from.map(output),
+                    axes: outputs(axes),
+                    via: input.via.map(output),
+                    gathered: outputs(gathered),
+                })
+                .collect(),
+            axes: outputs(axes.mapped),
+            join_inner: link.join_inner,
+        });
+    }
+    let files = files.into_iter().map(|(path, from)| Publish { path, from: output(from) }).collect();
+    let require = bounds
+        .into_iter()
+        .map(|b| Requirement { from: output(b.from), path: b.path, min: b.min, max: b.max })
+        .collect();
+    Some(Plan { name, file: PathBuf::from(path), nodes, files, require })
+}

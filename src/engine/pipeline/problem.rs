@@ -1,0 +1,160 @@
+//! What is wrong with a pipeline: all of it at once, each with its place, what was found there, what was expected and
+//! the nearest valid name.
+
+use super::source::{Place, Sources};
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
+use std::{fmt, sync::Arc};
+
+/// A report shows at most this many problems; a file with more has one cause, and a terminal one screen.
+const SHOWN: usize = 40;
+
+/// One thing that is wrong.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// What is wrong, in one line.
+    pub message: String,
+    /// Where; `None` for what is wrong with no text, such as a pipeline file that cannot be read.
+    pub place: Option<Place>,
+    /// What was found there.
+    pub label: String,
+    /// Other places that explain it.
+    pub also: Vec<(Place, String)>,
+    /// What to do.
+    pub help: Option<String>,
+}
+
+impl Problem {
+    pub fn at(place: Place, message: impl Into<String>, label: impl Into<String>) -> Self {
+        Self { message: message.into(), place: Some(place), label: label.into(), also: Vec::new(), help: None }
+    }
+
+    pub fn nowhere(message: impl Into<String>) -> Self {
+        Self { message: message.into(), place: None, label: String::new(), also: Vec::new(), help: None }
+    }
+
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        let help = help.into();
+        self.help = (!help.is_empty()).then_some(help).or(self.help);
+        self
+    }
+
+    #[must_use]
+    pub fn also(mut self, place: Place, label: impl Into<String>) -> Self {
+        self.also.push((place, label.into()));
+        self
+    }
+}
+
+/// Everything that is wrong with a pipeline, with the texts that it quotes.
+#[derive(Clone, Debug)]
+pub struct Problems {
+    pub sources: Sources,
+    /// In the order of the texts.
+    pub list: Vec<Problem>,
+}
+
+impl std::error::Error for Problems {}
+
+impl fmt::Display for Problems {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.render(GraphicalTheme::unicode_nocolor(), 100))
+    }
+}
+
+impl Problems {
+    pub(super) fn new(sources: Sources, mut list: Vec<Problem>) -> Self {
+        list.sort_by_key(|p| p.place);
+        Self { sources, list }
+    }
+
+    /// A report for people, `width` columns wide.
+    pub fn render(&self, theme: GraphicalTheme, width: usize) -> String {
+        let handler =
+            GraphicalReportHandler::new_themed(theme).with_width(width).with_context_lines(1).with_wrap_lines(false);
+        let mut out = String::new();
+        for problem in self.list.iter().take(SHOWN) {
+            let source = problem.place.map(|p| {
+                let source = self.sources.get(p);
+                NamedSource::new(&source.name, Arc::clone(&source.text)).with_language("toml")
+            });
+            // miette would break names at their hyphens, so the lines are broken here.
+            let shown = Shown { problem, sources: &self.sources, source, width: width.saturating_sub(8) };
+            if handler.render_report(&mut out, &shown).is_err() {
+                out.push_str(&problem.message);
+            }
+            out.push('\n');
+        }
+        if self.list.len() > SHOWN {
+            out.push_str(&format!("and {} more problems\n", self.list.len() - SHOWN));
+        }
+        out
+    }
+}
+
+/// A problem as miette sees it.
+struct Shown<'a> {
+    problem: &'a Problem,
+    sources: &'a Sources,
+    source: Option<NamedSource<Arc<str>>>,
+    width: usize,
+}
+
+/// `text` in lines of at most `width` columns, broken between words.
+fn wrap(text: &str, width: usize) -> String {
+    let mut out = String::new();
+    let mut column = 0;
+    for word in text.split(' ') {
+        let length = word.chars().count();
+        if column > 0 && column + 1 + length > width {
+            out.push('\n');
+            column = 0;
+        } else if column > 0 {
+            out.push(' ');
+            column += 1;
+        }
+        out.push_str(word);
+        column += length;
+    }
+    out
+}
+
+impl fmt::Debug for Shown<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        self.problem.fmt(f)
+    }
+}
+
+impl fmt::Display for Shown<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.problem.message)
+    }
+}
+
+impl std::error::Error for Shown<'_> {}
+
+impl Diagnostic for Shown<'_> {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        // A report quotes one text; places in others are named.
+        let elsewhere =
+            self.problem.also.iter().filter(|(p, _)| Some(p.source) != self.problem.place.map(|p| p.source));
+        let mut lines: Vec<String> =
+            elsewhere.map(|(p, label)| format!("see {}, {label}", self.sources.line(*p))).collect();
+        lines.extend(self.problem.help.as_deref().map(|help| wrap(help, self.width)));
+        (!lines.is_empty()).then(|| Box::new(lines.join("\n")) as _)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.source.as_ref().map(|s| s as _)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let place = self.problem.place?;
+        let span = |p: Place, label: &str| {
+            let label = (!label.is_empty()).then(|| label.to_owned());
+            LabeledSpan::new(label, p.start as usize, p.end.saturating_sub(p.start) as usize)
+        };
+        let also = self.problem.also.iter().filter(move |(p, _)| p.source == place.source && *p != place);
+        Some(Box::new(std::iter::once(span(place, &self.problem.label)).chain(also.map(move |(p, l)| span(*p, l)))))
+    }
+}

@@ -1,0 +1,264 @@
+//! What leaves the pipeline: `[outputs]`, `[files]` and the targets of `[require]`.
+
+use super::{
+    axes::{self, NodeAxes},
+    draft::{Draft, Item, what},
+    link::{Links, Output},
+    problem::Problem,
+    source::{Place, Sources},
+    suggest,
+    types::Ty,
+    value::Values,
+};
+use std::collections::BTreeMap;
+use toml::de::DeValue;
+
+/// An entry of `[files]`: path and output.
+pub type FileEntry = (String, Output);
+
+/// A bound on a number in a certificate.
+pub struct Bound {
+    pub from: Output,
+    pub path: String,
+    pub min: Option<f64>,
+    pub max: Option<f64>,
+}
+
+/// The output that an entry of `section` names.
+fn output(section: &str, item: Item, links: &Links, problems: &mut Vec<Problem>) -> Option<Output> {
+    match item.value {
+        DeValue::String(s) => links.find(s, item.place, section, problems),
+        other => {
+            let message = format!("{section}: {} where an output is named", what(other));
+            problems.push(Problem::at(item.place, message, "not a reference").help("write \"node.output\""));
+            None
+        }
+    }
+}
+
+/// `[outputs]`: every entry names an output.
+pub fn outputs(draft: &Draft, links: &Links, problems: &mut Vec<Problem>) {
+    for (name, item) in &draft.outputs {
+        if !super::draft::valid_name(name) {
+            let message = format!("`{name}` is no name for an output");
+            problems.push(Problem::at(item.key, message, "not a name").help("letters, digits, `-` and `_`"));
+        }
+        output("[outputs]", *item, links, problems);
+    }
+}
+
+/// `[files]`, in the order of the file.
+pub fn files(draft: &Draft, links: &Links, known: &[Option<NodeAxes>], problems: &mut Vec<Problem>) -> Vec<FileEntry> {
+    let mut entries: Vec<(&str, Item)> = draft.files.iter().map(|(k, v)| (*k, *v)).collect();
+    entries.sort_by_key(|(_, item)| item.key);
+    let mut taken: BTreeMap<String, (Place, &str)> = BTreeMap::new();
+    let mut files = Vec::new();
+    for (path, item) in entries {
+        let checked = check_path(path);
+        let sound = checked.is_ok();
+        if let Err((message, help)) = checked {
+            problems.push(Problem::at(item.key, format!("[files]: {message}"), "no path for a file").help(help));
+        } else {
+            collide(path, item.key, &mut taken, problems);
+        }
+        let Some(from) = output("[files]", item, links, problems) else { continue };
+        let Some(spec) = links.output(from.0, from.1) else { continue };
+        if spec.ty.name != "File" {
+            let message =
+                format!("[files] publishes values of type File, `{}` is a {}", links.output_name(from), spec.ty.name);
+            let help = links.of_type(usize::MAX, "File");
+            problems.push(Problem::at(item.place, message, format!("a {}", spec.ty.name)).help(help));
+            continue;
+        }
+        let Some(axes) = axes::of_output(links, known, from) else { continue };
+        match (axes.is_empty(), path.contains("{name}")) {
+            _ if !sound => {}
+            (false, false) => {
+                let message = format!("`{}` is a list of files, which need different paths", links.output_name(from));
+                let (stem, end) = path.rsplit_once('.').unwrap_or((path, ""));
+                let dot = if end.is_empty() { "" } else { "." };
+                let help = format!("{{name}} stands for the element's name: \"{stem}-{{name}}{dot}{end}\"");
+                problems.push(Problem::at(item.key, message, "one path for many files").help(help));
+            }
+            (true, true) => {
+                let message = format!("`{}` is a single file, its path has no {{name}}", links.output_name(from));
+                problems.push(Problem::at(item.key, message, "nothing to name").help("remove {name} from the path"));
+            }
+            _ => files.push((path.to_owned(), from)),
+        }
+    }
+    files
+}
+
+/// Names that Windows keeps for devices, and that we keep for ourselves at the top of the folder.
+const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
+const OURS: [&str; 3] = ["run.json", "manifest.json", "rejected"];
+
+/// What is wrong with a path below the output folder, and what to do.
+fn check_path(path: &str) -> Result<(), (String, String)> {
+    let fail = |message: String, help: &str| Err((message, help.to_owned()));
+    if path.is_empty() {
+        return fail("the path is empty".into(), "a path below the output folder, such as \"mesh.glb\"");
+    }
+    if path.len() > 200 {
+        return fail(format!("the path has {} bytes", path.len()), "at most 200, so that every system can hold it");
+    }
+    if path.starts_with(['/', '\\', '~']) || path.as_bytes().get(1) == Some(&b':') {
+        return fail(
+            format!("`{path}` is not below the output folder"),
+            "paths start from the output folder: no `/` in front, no drive",
+        );
+    }
+    let plain = path.replace("{name}", "name");
+    if let Some(c) = plain.chars().find(|c| c.is_control() || "\\<>:\"|?*{}".contains(*c)) {
+        let help = match c {
+            '\\' => "folders are separated by `/`",
+            '{' | '}' => "the only placeholder is {name}, the element's name",
+            _ => "not every system can hold this character in a file's name",
+        };
+        return fail(format!("`{path}` has the character {c:?}"), help);
+    }
+    for (depth, part) in plain.split('/').enumerate() {
+        let lower = part.to_lowercase();
+        let stem = lower.split('.').next().unwrap_or_default();
+        let numbered = |prefix: &str| {
+            stem.strip_prefix(prefix).is_some_and(|n| n.len() == 1 && n != "0" && n.as_bytes()[0].is_ascii_digit())
+        };
+        if part.is_empty() {
+            return fail(format!("`{path}` has an empty folder name"), "one `/` between names, none at the end");
+        } else if part == ".." || part == "." {
+            return fail(format!("`{path}` leaves the output folder"), "a path without `.` and `..`");
+        } else if part.ends_with(['.', ' ']) || part.starts_with(' ') {
+            return fail(
+                format!("`{part}` begins or ends with a space or a dot"),
+                "not every system can hold such a name",
+            );
+        } else if DEVICES.contains(&stem) || numbered("com") || numbered("lpt") {
+            return fail(format!("`{part}` is the name of a device on Windows"), "choose another name");
+        } else if depth == 0 && (OURS.contains(&lower.as_str()) || lower.starts_with(".farfield")) {
+            return fail(format!("`{part}` is kept for the bake's own records"), "choose another name");
+        }
+    }
+    Ok(())
+}
+
+/// Two paths that some system cannot tell apart, or one that is a folder of the other.
+fn collide<'s>(
+    path: &'s str,
+    place: Place,
+    taken: &mut BTreeMap<String, (Place, &'s str)>,
+    problems: &mut Vec<Problem>,
+) {
+    let lower = path.to_lowercase();
+    let mut report = |(other, name): (Place, &str), why: &str| {
+        let message = format!("[files]: `{path}` and `{name}` {why}");
+        problems.push(Problem::at(place, message, "this one").also(other, "and this one").help("choose another name"));
+    };
+    if let Some(old) = taken.get(&lower) {
+        return report(*old, "are one file where case does not count");
+    }
+    let inside = format!("{lower}/");
+    let above = lower.match_indices('/').find_map(|(at, _)| taken.get(&lower[..at]));
+    let below = taken.range(inside.clone()..).next().filter(|(k, _)| k.starts_with(&inside)).map(|(_, v)| v);
+    if let Some(old) = above.or(below) {
+        return report(*old, "cannot both be: one is a folder of the other");
+    }
+    taken.insert(lower, (place, path));
+}
+
+/// `[require]`, by node, then by path.
+pub fn require<'s>(
+    draft: &'s Draft<'s>,
+    links: &Links,
+    values: &Values<'s>,
+    problems: &mut Vec<Problem>,
+) -> Vec<Bound> {
+    let mut bounds = Vec::new();
+    for (name, (place, items)) in &draft.require {
+        let Some(node) = links.node(name) else {
+            problems.push(super::draft::no_node(name, *place, "[require]: ", links.nodes.iter().map(|n| n.name)));
+            continue;
+        };
+        let Some(info) = &links.nodes[node].info else { continue };
+        let judged = |o: &crate::engine::node::PortSpec| o.name == "certificate" && o.ty.name == "File";
+        let port = info.outputs().iter().position(judged);
+        if port.is_none() {
+            let able = links.nodes.iter().filter(|n| n.info.as_ref().is_some_and(|i| i.outputs().iter().any(judged)));
+            let able: Vec<&str> = able.map(|n| n.name).collect();
+            let message = format!("[require]: node `{name}` writes no certificate");
+            let help = if able.is_empty() {
+                "no node of this pipeline does; kind `evaluate` measures a stand-in".to_owned()
+            } else {
+                format!("nodes that do: {}", suggest::list(able))
+            };
+            problems.push(Problem::at(*place, message, "nothing to judge").help(help));
+        }
+        for (path, item) in items {
+            let bound = bound(path, *item, values, problems);
+            if let (Some((min, max)), Some(port)) = (bound, port) {
+                bounds.push(Bound { from: (node, port as u32), path: (*path).to_owned(), min, max });
+            }
+        }
+    }
+    bounds
+}
+
+/// The range that one requirement allows.
+fn bound<'s>(
+    path: &'s str,
+    item: Item<'s>,
+    values: &Values<'s>,
+    problems: &mut Vec<Problem>,
+) -> Option<(Option<f64>, Option<f64>)> {
+    const FORM: &str = "a bound is { min = … }, { max = … }, both, or a number that must be met exactly";
+    let number = Ty::Number { min: None, max: None };
+    let DeValue::Table(table) = item.value else {
+        if !matches!(item.value, DeValue::Integer(_) | DeValue::Float(_) | DeValue::String(_)) {
+            let message = format!("`{path}` is {}, expected a bound", what(item.value));
+            problems.push(Problem::at(item.place, message, "not a bound").help(FORM));
+            return None;
+        }
+        let value = values.convert(path, item, &number, problems)?.as_f64();
+        return Some((value, value));
+    };
+    let (mut min, mut max) = (None, None);
+    let mut sound = true;
+    for (key, value) in table {
+        let key_place = Place::new(item.place.source, key.span());
+        let name = &**key.get_ref();
+        let inner = Item { key: key_place, value: value.get_ref(), place: Place::new(item.place.source, value.span()) };
+        // A path without quotes is a table in a table, and TOML cannot say whether its last word is a bound.
+        if !matches!(name, "min" | "max") || dotted(values.sources, key_place) {
+            let message = format!("[require]: the path `{path}.{name}…` needs quotes");
+            let help = format!("write \"{path}.{name}\" = {{ max = … }}; {FORM}");
+            problems.push(Problem::at(key_place, message, "not min or max").help(help));
+            sound = false;
+            continue;
+        }
+        let value = values.convert(name, inner, &number, problems).and_then(|v| v.as_f64());
+        sound &= value.is_some();
+        *(if name == "min" { &mut min } else { &mut max }) = value;
+    }
+    if !sound {
+        return None;
+    }
+    let wrong = match (min, max) {
+        (None, None) => Some("bounds nothing"),
+        (Some(min), Some(max)) if min > max => Some("cannot be met: min is above max"),
+        _ => None,
+    };
+    if let Some(why) = wrong {
+        problems.push(Problem::at(item.place, format!("`{path}` {why}"), "no range").help(FORM));
+        return None;
+    }
+    Some((min, max))
+}
+
+/// Whether a dot stands before the key at `place`.
+fn dotted(sources: &Sources, place: Place) -> bool {
+    sources
+        .get(place)
+        .text
+        .get(..place.start as usize)
+        .is_some_and(|before| before.trim_end_matches([' ', '\t']).ends_with('.'))
+}

@@ -1,0 +1,185 @@
+//! References: what feeds a port, and what a section names, by "node" or "node.output".
+
+use super::{
+    draft::{self, Item, what},
+    link::{Input, Links, Output},
+    problem::Problem,
+    source::Place,
+    suggest,
+};
+use crate::engine::node::{Arity, PortSpec};
+use toml::de::DeValue;
+
+impl<'s> Links<'s> {
+    /// The port `spec` of node `at`, fed as `item` says.
+    pub fn input(&self, at: usize, spec: &PortSpec, item: Item<'s>, problems: &mut Vec<Problem>) -> Input {
+        let who = format!("port `{}`", spec.name);
+        let mut input = Input { place: item.place, ..Input::default() };
+        match item.value {
+            DeValue::String(s) => input.from = self.typed(at, spec, s, item.place, problems),
+            DeValue::Table(table) => {
+                let source = item.place.source;
+                let mut from = None;
+                for (key, value) in table {
+                    let place = Place::new(source, value.span());
+                    match (&**key.get_ref(), value.get_ref()) {
+                        ("from", DeValue::String(s)) => from = Some((&**s, place)),
+                        ("via", DeValue::String(s)) => {
+                            input.via = self.find(s, place, &who, problems);
+                            if let Some((node, port)) = input.via
+                                && let Some(output) = self.output(node, port)
+                                && output.ty.name != "Relation"
+                            {
+                                input.via = None;
+                                let message = format!("`via` takes a Relation, `{s}` is a {}", output.ty.name);
+                                let help = format!(
+                                    "a Relation says which names belong to which; {}",
+                                    self.of_type(at, "Relation")
+                                );
+                                problems.push(Problem::at(place, message, "wrong type").help(help));
+                            }
+                            if input.via.is_none() {
+                                return input;
+                            }
+                        }
+                        (name @ ("from" | "via"), other) => {
+                            let message = format!("`{name}` is {}, expected \"node.output\"", what(other));
+                            problems.push(Problem::at(place, message, "not a reference"));
+                            return input;
+                        }
+                        (other, _) => {
+                            let place = Place::new(source, key.span());
+                            let hint = suggest::did_you_mean(other, ["from", "via"]);
+                            let help = format!(
+                                "{hint}a port's table is {{ from = \"node.output\", via = \"node.relation\" }}"
+                            );
+                            problems.push(
+                                Problem::at(place, format!("unknown key `{other}` in {who}"), "no such key").help(help),
+                            );
+                            return input;
+                        }
+                    }
+                }
+                match from {
+                    Some((s, place)) => input.from = self.typed(at, spec, s, place, problems),
+                    None => problems.push(
+                        Problem::at(item.place, format!("{who} does not say `from`"), "no `from`")
+                            .help("{ from = \"node.output\", via = \"node.relation\" }"),
+                    ),
+                }
+                if input.via.is_some() && !matches!(spec.arity, Arity::Many { .. }) {
+                    let message = format!("{who} takes one value, `via` picks elements of a list");
+                    problems.push(Problem::at(item.place, message, "not a list port"));
+                    input.from = None;
+                }
+            }
+            other => {
+                let message = format!("{who} is {}, expected \"node.output\"", what(other));
+                let help = match other {
+                    DeValue::Array(_) => "a list port takes one list output: \"node.output\"".to_owned(),
+                    _ => format!("a port names what feeds it: {} = \"…\", {}", spec.name, self.sources_of(at, spec)),
+                };
+                problems.push(Problem::at(item.place, message, "not a reference").help(help));
+            }
+        }
+        input
+    }
+
+    /// The output `text`, if its type is the port's.
+    fn typed(
+        &self,
+        at: usize,
+        spec: &PortSpec,
+        text: &str,
+        place: Place,
+        problems: &mut Vec<Problem>,
+    ) -> Option<Output> {
+        let (node, port) = self.find(text, place, &format!("port `{}`", spec.name), problems)?;
+        let output = self.output(node, port)?;
+        if output.ty.name == spec.ty.name {
+            return Some((node, port));
+        }
+        let message = format!(
+            "port `{}` takes a {}, `{}.{}` is a {}",
+            spec.name, spec.ty.name, self.nodes[node].name, output.name, output.ty.name
+        );
+        problems.push(Problem::at(place, message, format!("a {}", output.ty.name)).help(self.sources_of(at, spec)));
+        None
+    }
+
+    pub fn output(&self, node: usize, port: u32) -> Option<&PortSpec> {
+        self.nodes[node].info.as_ref()?.outputs().get(port as usize)
+    }
+
+    /// `node.output`, for messages.
+    pub fn output_name(&self, (node, port): Output) -> String {
+        let output = self.output(node, port).map_or("?", |o| o.name);
+        format!("{}.{output}", self.nodes[node].name)
+    }
+
+    pub fn node(&self, name: &str) -> Option<usize> {
+        self.nodes.binary_search_by(|n| n.name.cmp(name)).ok()
+    }
+
+    /// The output that `text`, "node" or "node.output", names; `who` asks. `None` without a problem where the node's
+    /// kind is unknown.
+    pub fn find(&self, text: &str, place: Place, who: &str, problems: &mut Vec<Problem>) -> Option<Output> {
+        let (name, output) = text.split_once('.').map_or((text, None), |(n, o)| (n, Some(o)));
+        let Some(node) = self.node(name) else {
+            if text.starts_with('{') {
+                let help = "a knob holds a value, not a node; write \"node.output\"";
+                problems.push(Problem::at(place, format!("{who} refers to a knob"), "not a node").help(help));
+            } else {
+                let who = format!("{who}: ");
+                problems.push(draft::no_node(name, place, &who, self.nodes.iter().map(|n| n.name)));
+            }
+            return None;
+        };
+        let info = self.nodes[node].info.as_ref()?;
+        let Some(output) = output else {
+            if info.outputs().is_empty() {
+                let message = format!("{who}: node `{name}` has no output");
+                problems.push(Problem::at(place, message, "nothing comes out"));
+            }
+            return (!info.outputs().is_empty()).then_some((node, 0));
+        };
+        if let Some(port) = info.outputs().iter().position(|o| o.name == output) {
+            return Some((node, port as u32));
+        }
+        let names = || info.outputs().iter().map(|o| o.name);
+        let help = format!(
+            "{}`{name}` is a `{}` and has the outputs {}",
+            suggest::did_you_mean(output, names()),
+            info.kind.spec().name,
+            suggest::list(names())
+        );
+        problems.push(
+            Problem::at(place, format!("{who}: node `{name}` has no output `{output}`"), "no such output").help(help),
+        );
+        None
+    }
+
+    /// Which outputs could feed a port, for messages.
+    pub fn sources_of(&self, at: usize, spec: &PortSpec) -> String {
+        self.of_type(at, spec.ty.name)
+    }
+
+    /// The outputs of type `ty` of nodes other than `at`, for messages.
+    pub fn of_type(&self, at: usize, ty: &str) -> String {
+        let mut found = Vec::new();
+        for (i, node) in self.nodes.iter().enumerate().filter(|(i, _)| *i != at) {
+            let outputs = node.info.as_ref().map_or(&[][..], |i| i.outputs());
+            let fitting = outputs.iter().enumerate().filter(|(_, o)| o.ty.name == ty);
+            found.extend(fitting.map(|(port, _)| self.output_name((i, port as u32))));
+            if found.len() > 12 {
+                break;
+            }
+        }
+        if found.is_empty() {
+            let makers = self.registry.iter().filter(|k| k.spec().outputs.iter().any(|o| o.ty.name == ty));
+            let makers = suggest::list(makers.map(|k| k.spec().name));
+            return format!("no node of this pipeline makes a {ty}; kinds that do: {makers}");
+        }
+        format!("a {ty} comes from {}", suggest::list(found.iter().map(String::as_str)))
+    }
+}

@@ -1,0 +1,61 @@
+//! Texts that a pipeline is made of, and places in them.
+
+use std::{ops::Range, path::PathBuf, sync::Arc};
+
+/// A span of bytes in one of the [`Sources`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Place {
+    pub source: u32,
+    pub start: u32,
+    pub end: u32,
+}
+
+impl Place {
+    pub fn new(source: u32, span: Range<usize>) -> Self {
+        // Texts are at most `read::MAX_BYTES` long.
+        Self { source, start: span.start as u32, end: span.end as u32 }
+    }
+}
+
+/// One text: a pipeline file, a stock pipeline or a `--set` argument.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// What messages call it.
+    pub name: String,
+    pub text: Arc<str>,
+    /// The folder that its relative paths start from.
+    pub folder: PathBuf,
+    /// A `--set` argument: its text may stand for a string without quotes.
+    pub argument: bool,
+}
+
+/// All texts: the given file first, then its bases, then the arguments.
+#[derive(Clone, Debug, Default)]
+pub struct Sources(Vec<Source>);
+
+impl Sources {
+    pub fn add(&mut self, source: Source) -> u32 {
+        self.0.push(source);
+        (self.0.len() - 1) as u32
+    }
+
+    pub fn get(&self, place: Place) -> &Source {
+        &self.0[place.source as usize]
+    }
+
+    pub fn by_number(&self, source: u32) -> &Source {
+        &self.0[source as usize]
+    }
+
+    /// The text at `place`.
+    pub fn text(&self, place: Place) -> &str {
+        self.get(place).text.get(place.start as usize..place.end as usize).unwrap_or_default()
+    }
+
+    /// `file:line`, the line counted from 1.
+    pub fn line(&self, place: Place) -> String {
+        let source = self.get(place);
+        let before = source.text.as_bytes().get(..place.start as usize).unwrap_or_default();
+        format!("{}:{}", source.name, before.iter().filter(|b| **b == b'\n').count() + 1)
+    }
+}

@@ -1,0 +1,91 @@
+//! glTF 2.0 and GLB: the JSON, its buffers, and the scene they describe in rest pose.
+
+mod accessor;
+mod container;
+mod material;
+mod nodes;
+mod primitive;
+pub(super) mod schema;
+
+use super::{FormatError, loader::Loader};
+use crate::{array::Bytes, scene::Object};
+use accessor::Numbers;
+use container::{Span, Target};
+use std::{path::Path, sync::Arc};
+
+/// Extensions that change what a file means and that this reader follows.
+const KNOWN: [&str; 4] =
+    ["KHR_texture_transform", "KHR_materials_unlit", "KHR_mesh_quantization", "KHR_materials_emissive_strength"];
+
+/// The objects of a file: every node with a mesh, in the file's own order.
+pub(super) fn read(loader: &mut Loader, file: &Path, bytes: Bytes) -> Result<Vec<Object>, FormatError> {
+    let glb = (*bytes).as_ref().starts_with(b"glTF");
+    let (json, binary) = if glb { container::split(file, &bytes)? } else { (Span::whole(bytes), None) };
+    let root: schema::Root = serde_json::from_slice(json.get())
+        .map_err(|e| FormatError::invalid(file, "JSON", without_position_of_glb(e, glb)))?;
+    check_version(file, &root)?;
+    extensions(loader, file, &root)?;
+    let buffers = buffers(loader, file, &root, binary)?;
+    let numbers = Numbers { file, root: &root, buffers, implied: loader.limits.implied };
+    nodes::objects(loader, &numbers)
+}
+
+/// serde_json's message; the line in a GLB's JSON chunk helps nobody, the column does.
+fn without_position_of_glb(e: serde_json::Error, glb: bool) -> String {
+    if glb { format!("{e} of the JSON chunk") } else { e.to_string() }
+}
+
+fn check_version(file: &Path, root: &schema::Root) -> Result<(), FormatError> {
+    let needs = root.asset.min_version.as_deref().unwrap_or(&root.asset.version);
+    if needs.starts_with("2.") && (root.asset.min_version.is_none() || needs == "2.0") {
+        return Ok(());
+    }
+    Err(FormatError::invalid(file, "asset", format!("version `{needs}`; this reader knows glTF 2.0")))
+}
+
+fn extensions(loader: &mut Loader, file: &Path, root: &schema::Root) -> Result<(), FormatError> {
+    let unknown = |list: &[String]| list.iter().filter(|e| !KNOWN.contains(&e.as_str())).cloned().collect::<Vec<_>>();
+    let required = unknown(&root.extensions_required);
+    if !required.is_empty() {
+        let what = format!("{} cannot be read; export the file without", required.join(", "));
+        return Err(FormatError::invalid(file, "extensionsRequired", what));
+    }
+    let ignored = unknown(&root.extensions_used);
+    if !ignored.is_empty() {
+        loader.warn(file, format!("ignores {}", ignored.join(", ")));
+    }
+    Ok(())
+}
+
+fn buffers(
+    loader: &mut Loader,
+    file: &Path,
+    root: &schema::Root,
+    mut binary: Option<Span>,
+) -> Result<Vec<Span>, FormatError> {
+    let mut out = Vec::with_capacity(root.buffers.len());
+    for (i, buffer) in root.buffers.iter().enumerate() {
+        let place = format!("buffers[{i}]");
+        let bad = |what: String| FormatError::invalid(file, &place, what);
+        let mut span = match &buffer.uri {
+            None if i == 0 => binary.take().ok_or_else(|| bad("no URI, and no binary chunk".into()))?,
+            None => return Err(bad("no URI".into())),
+            Some(uri) => Span::whole(fetch(loader, file, &place, uri)?),
+        };
+        let have = span.range.len() as u64;
+        if buffer.byte_length > have {
+            return Err(bad(format!("truncated: it says {} bytes, there are {have}", buffer.byte_length)));
+        }
+        span.range.end = span.range.start + buffer.byte_length as usize;
+        out.push(span);
+    }
+    Ok(out)
+}
+
+/// The bytes that a URI stands for.
+fn fetch(loader: &Loader, file: &Path, place: &str, uri: &str) -> Result<Bytes, FormatError> {
+    match container::target(uri).map_err(|what| FormatError::invalid(file, place, what))? {
+        Target::Data(bytes) => Ok(Arc::new(bytes)),
+        Target::File(name) => loader.read(&loader.resolve(file, &name)?),
+    }
+}

@@ -1,0 +1,37 @@
+//! The sun and the sky under which surfaces are lit.
+
+use glam::Vec3;
+
+/// A sun without shadows and a sky that is brighter above than below. Colours are linear and say what share of its
+/// base colour a white, matt surface shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Unit vector towards the sun.
+    pub to_sun: Vec3,
+    pub sun: [f32; 3],
+    /// Seen by surfaces that face up (+Y).
+    pub sky: [f32; 3],
+    /// Seen by surfaces that face down.
+    pub ground: [f32; 3],
+}
+
+impl Default for Light {
+    /// An afternoon sun, 50° high in the direction +X +Z, under a blue sky.
+    fn default() -> Self {
+        Self {
+            to_sun: Vec3::new(0.454_519_48, 0.766_044_44, 0.454_519_48),
+            sun: [0.72, 0.68, 0.60],
+            sky: [0.30, 0.35, 0.42],
+            ground: [0.17, 0.15, 0.13],
+        }
+    }
+}
+
+impl Light {
+    /// Light that a matt white surface with the unit normal `n` reflects.
+    pub fn on(&self, n: Vec3) -> [f32; 3] {
+        let sun = n.dot(self.to_sun).max(0.0);
+        let up = 0.5 + 0.5 * n.y;
+        std::array::from_fn(|k| self.sun[k] * sun + self.ground[k] + (self.sky[k] - self.ground[k]) * up)
+    }
+}

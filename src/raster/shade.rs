@@ -1,0 +1,293 @@
+//! Deferred shading: how a triangle looks at a pixel position.
+
+use super::{
+    Geometry, Light, Noise,
+    camera::Camera,
+    geometry::{Cutout, Draw},
+    patch::Patch,
+    texture::{Coordinates, Mips, Role},
+};
+use crate::{
+    math::View,
+    scene::{Image, Texture},
+};
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use std::{collections::BTreeMap, sync::Arc};
+
+/// Turns triangle numbers into colour. Holds the mip chains of the textures that are needed, made up front.
+pub struct Shader<'a> {
+    pub geometry: &'a Geometry,
+    /// One for each draw.
+    looks: Vec<Look<'a>>,
+}
+
+struct Look<'a> {
+    base: Option<Arc<Mips<'a>>>,
+    normal: Option<Arc<Mips<'a>>>,
+    emissive: Option<Arc<Mips<'a>>>,
+}
+
+/// How surfaces become colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Shading {
+    /// The base colour as it is.
+    #[default]
+    Unlit,
+    /// Base colour under a sun and a sky, plus what the surface emits. Materials that say they are unlit stay so.
+    Lit(Light),
+    /// Base colour times a noise of the surface point, for scenes without colour. Materials' `unlit` is ignored.
+    Noise(Noise),
+}
+
+/// A point of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// World space, metres.
+    pub position: DVec3,
+    /// Linear: base colour factor × texture × vertex colour. Alpha is not yet compared with a cutoff.
+    pub color: [f32; 4],
+    /// Unit, world space, with the normal map; turned round where the triangle is seen from behind.
+    pub normal: Vec3,
+    /// Linear.
+    pub emissive: [f32; 3],
+    /// The material wants no light.
+    pub unlit: bool,
+}
+
+impl Surface {
+    /// Linear colour as seen.
+    pub fn seen(&self, shading: &Shading) -> [f32; 3] {
+        let [r, g, b, _] = self.color;
+        match shading {
+            Shading::Lit(light) if !self.unlit => {
+                let (on, c) = (light.on(self.normal), [r, g, b]);
+                std::array::from_fn(|k| c[k] * on[k] + self.emissive[k])
+            }
+            Shading::Noise(noise) => {
+                let n = noise.at(self.position);
+                [r * n, g * n, b * n]
+            }
+            _ => [r, g, b],
+        }
+    }
+}
+
+impl<'a> Shader<'a> {
+    pub fn new(geometry: &'a Geometry) -> Self {
+        // Each image once for each role, numbered in the order of first use.
+        let mut number = BTreeMap::new();
+        let mut wanted: Vec<(&'a Image, Role)> = Vec::new();
+        let mut want = |texture: &'a Option<Texture>, role: Role| {
+            let image = &**texture.as_ref().map(|t| &t.image)?;
+            Some(*number.entry((std::ptr::from_ref(image), role)).or_insert_with(|| {
+                wanted.push((image, role));
+                wanted.len() - 1
+            }))
+        };
+        let numbers: Vec<_> = geometry
+            .draws()
+            .iter()
+            .map(|d| {
+                let base = if d.cutout == Cutout::Solid { Role::Color } else { Role::CutoutColor };
+                let m = &*d.material;
+                [
+                    want(&m.base_color_texture, base),
+                    want(&m.normal_texture, Role::Data),
+                    want(&m.emissive_texture, Role::Color),
+                ]
+            })
+            .collect();
+        let mips: Vec<_> = wanted.par_iter().map(|(image, role)| Arc::new(Mips::new(image, *role))).collect();
+        let get = |i: Option<usize>| i.map(|i| mips[i].clone());
+        let looks = numbers.iter().map(|n| Look { base: get(n[0]), normal: get(n[1]), emissive: get(n[2]) });
+        Self { geometry, looks: looks.collect() }
+    }
+
+    /// The point of a triangle's plane at a continuous pixel position of `view`. Textures are filtered over the pixel's
+    /// footprint, from the ray through (px, py) to those one pixel to the right and below.
+    pub fn shade(&self, view: &View, px: f64, py: f64, triangle: u32) -> Surface {
+        self.facet(&Camera::new(view), triangle).surface(px, py)
+    }
+
+    /// For many pixel positions of one triangle.
+    pub(crate) fn facet(&self, camera: &Camera, triangle: u32) -> Facet<'_> {
+        let index = self.geometry.draw_index(triangle);
+        let draw = &self.geometry.draws()[index];
+        let local = triangle - draw.first;
+        let indices = draw.mesh.triangles[local as usize];
+        let corners = draw.corners(local);
+        let patch = Patch::new(camera, corners.map(|p| camera.world_to_camera(p)));
+        let look = &self.looks[index];
+        let colors = (!draw.mesh.colors.is_empty()).then(|| indices.map(|i| draw.mesh.colors[i as usize]));
+        let base = Layer::of(&patch, draw, indices, &draw.material.base_color_texture, &look.base);
+        Facet { draw, look, camera: *camera, indices, corners, patch, colors, base }
+    }
+}
+
+/// A triangle made ready for shading in one view.
+pub(crate) struct Facet<'a> {
+    draw: &'a Draw,
+    look: &'a Look<'a>,
+    camera: Camera,
+    indices: [u32; 3],
+    /// World space, in the order of the mesh's indices.
+    corners: [DVec3; 3],
+    patch: Patch,
+    colors: Option<[[f32; 4]; 3]>,
+    base: Option<Layer<'a>>,
+}
+
+/// One texture of a facet.
+struct Layer<'a> {
+    texture: &'a Texture,
+    mips: &'a Mips<'a>,
+    coordinates: Coordinates,
+    /// Change of Σ fᵢ·uᵢ, Σ fᵢ·vᵢ and Σ fᵢ (see [`Patch`]) from pixel to pixel, in texels for the first two.
+    slopes: [[f64; 2]; 3],
+}
+
+impl<'a> Layer<'a> {
+    fn of(
+        patch: &Patch,
+        draw: &Draw,
+        indices: [u32; 3],
+        texture: &'a Option<Texture>,
+        mips: &'a Option<Arc<Mips<'a>>>,
+    ) -> Option<Self> {
+        let (texture, mips) = (texture.as_ref()?, mips.as_deref()?);
+        let coordinates = Coordinates::new(texture, &draw.mesh, indices);
+        let along = |k: usize| patch.slope(coordinates.corners.map(|c| c[k]));
+        Some(Self { texture, mips, coordinates, slopes: [along(0), along(1), patch.slope([1.0; 3])] })
+    }
+
+    fn sample(&self, w: [f64; 3], inverse: f64) -> [f32; 4] {
+        let uv = self.coordinates.at(w);
+        let [du, dv, d1] = self.slopes;
+        let size = self.mips.size();
+        // u = U/F, so its change is (dU − u·dF)/F.
+        let length = |k: usize| {
+            let x = (du[k] - uv[0] * d1[k]) * inverse * size[0];
+            let y = (dv[k] - uv[1] * d1[k]) * inverse * size[1];
+            x * x + y * y
+        };
+        let footprint = length(0).max(length(1)) as f32;
+        self.mips.sample(uv, footprint, self.texture.wrap, self.texture.smooth)
+    }
+}
+
+impl Facet<'_> {
+    pub fn surface(&self, px: f64, py: f64) -> Surface {
+        let (w, inverse) = self.patch.weights(px, py);
+        self.surface_at(w, inverse)
+    }
+
+    /// The point with barycentric coordinates `w` (in the order of the mesh's indices), textures unfiltered: for
+    /// triangles seen edge-on, whose footprint has no bound.
+    pub fn point(&self, w: [f64; 3]) -> Surface {
+        self.surface_at(w, 0.0)
+    }
+
+    fn surface_at(&self, w: [f64; 3], inverse: f64) -> Surface {
+        Surface {
+            position: self.position_at(w),
+            color: self.color_at(w, inverse),
+            normal: self.normal_at(w, inverse),
+            emissive: self.emissive_at(w, inverse),
+            unlit: self.draw.material.unlit,
+        }
+    }
+
+    /// Linear colour as seen at a pixel position.
+    pub fn seen(&self, px: f64, py: f64, shading: &Shading) -> [f32; 3] {
+        match shading {
+            Shading::Lit(_) if !self.draw.material.unlit => self.surface(px, py).seen(shading),
+            Shading::Noise(noise) => {
+                let (w, inverse) = self.patch.weights(px, py);
+                let ([r, g, b, _], n) = (self.color_at(w, inverse), noise.at(self.position_at(w)));
+                [r * n, g * n, b * n]
+            }
+            _ => {
+                let (w, inverse) = self.patch.weights(px, py);
+                let [r, g, b, _] = self.color_at(w, inverse);
+                [r, g, b]
+            }
+        }
+    }
+
+    fn position_at(&self, w: [f64; 3]) -> DVec3 {
+        self.corners[0] * w[0] + self.corners[1] * w[1] + self.corners[2] * w[2]
+    }
+
+    fn color_at(&self, w: [f64; 3], inverse: f64) -> [f32; 4] {
+        let mut c = self.draw.material.base_color;
+        if let Some(layer) = &self.base {
+            let t = layer.sample(w, inverse);
+            c = std::array::from_fn(|k| c[k] * t[k]);
+        }
+        if let Some(v) = &self.colors {
+            let w = w.map(|w| w as f32);
+            c = std::array::from_fn(|k| c[k] * (v[0][k] * w[0] + v[1][k] * w[1] + v[2][k] * w[2]));
+        }
+        c
+    }
+
+    fn emissive_at(&self, w: [f64; 3], inverse: f64) -> [f32; 3] {
+        let m = &self.draw.material;
+        match Layer::of(&self.patch, self.draw, self.indices, &m.emissive_texture, &self.look.emissive) {
+            Some(layer) => {
+                let t = layer.sample(w, inverse);
+                std::array::from_fn(|k| m.emissive[k] * t[k])
+            }
+            None => m.emissive,
+        }
+    }
+
+    fn normal_at(&self, w: [f64; 3], inverse: f64) -> Vec3 {
+        let [a, b, c] = self.corners;
+        let flat = (b - a).cross(c - a) * if self.draw.mirrored { -1.0 } else { 1.0 };
+        let flat = flat.try_normalize().unwrap_or(-self.camera.forward());
+        let towards = if self.camera.perspective { a - self.camera.eye() } else { self.camera.forward() };
+        let back = flat.dot(towards) > 0.0;
+        let mesh = &self.draw.mesh;
+        let smooth = (!mesh.normals.is_empty()).then(|| {
+            let n = self.indices.map(|i| Vec3::from(mesh.normals[i as usize]).as_dvec3());
+            self.draw.normals * (n[0] * w[0] + n[1] * w[1] + n[2] * w[2])
+        });
+        // A mirrored transform turns neither the inverse transpose's normals nor the flat normal as defined above.
+        let smooth = smooth.and_then(DVec3::try_normalize).unwrap_or(flat);
+        let n = self.bent(smooth, w, inverse).unwrap_or(smooth);
+        (if back { -n } else { n }).as_vec3()
+    }
+
+    /// The normal with the normal map; `None` where there is none, or no direction for it.
+    fn bent(&self, n: DVec3, w: [f64; 3], inverse: f64) -> Option<DVec3> {
+        let m = &self.draw.material;
+        let layer = Layer::of(&self.patch, self.draw, self.indices, &m.normal_texture, &self.look.normal)?;
+        let t = layer.sample(w, inverse);
+        let [x, y] = [t[0], t[1]].map(|c| ((c * 2.0 - 1.0) * m.normal_scale) as f64);
+        let z = (t[2] * 2.0 - 1.0) as f64;
+        let mesh = &self.draw.mesh;
+        let (tangent, bitangent) = if mesh.tangents.is_empty() {
+            self.tangents_from_coordinates(&layer.coordinates)?
+        } else {
+            let corner = self.indices.map(|i| mesh.tangents[i as usize]);
+            let mean = |k: usize| corner[0][k] as f64 * w[0] + corner[1][k] as f64 * w[1] + corner[2][k] as f64 * w[2];
+            let tangent = self.draw.to_world.matrix3 * DVec3::new(mean(0), mean(1), mean(2));
+            let hand = if (mean(3) < 0.0) != self.draw.mirrored { -1.0 } else { 1.0 };
+            let tangent = (tangent - n * n.dot(tangent)).try_normalize()?;
+            (tangent, n.cross(tangent) * hand)
+        };
+        (tangent * x + bitangent * y + n * z).try_normalize()
+    }
+
+    /// Unit directions on the surface in which u grows and v falls: a normal map's green points up in its image.
+    fn tangents_from_coordinates(&self, c: &Coordinates) -> Option<(DVec3, DVec3)> {
+        let [p, uv] = [self.corners, c.corners.map(|c| DVec3::new(c[0], c[1], 0.0))];
+        let (e1, e2, d1, d2) = (p[1] - p[0], p[2] - p[0], uv[1] - uv[0], uv[2] - uv[0]);
+        let sign = (d1.x * d2.y - d2.x * d1.y).signum();
+        let tangent = (e1 * d2.y - e2 * d1.y) * sign;
+        let up = (e1 * d2.x - e2 * d1.x) * sign;
+        Some((tangent.try_normalize()?, up.try_normalize()?))
+    }
+}

@@ -1,0 +1,369 @@
+//! The meshing operator: triangles that cover a layered voxel field (Jeschke and Wimmer 2002, section 5).
+//!
+//! Every voxel has four vertices at the quarter points of its pixel. A *previous* layer is the nearer one. Three phases
+//! (figures 9 to 11), and one of our own, make quads:
+//! (a) in the current layer, over one, two or four neighbouring voxels, where the previous layer leaves one of them open;
+//! (b) walls between a voxel and the one before it, towards each side that is open in the previous layer;
+//! (c) walls that join those of two neighbours;
+//! (d) over a voxel that no other face names.
+//!
+//! What always holds: every voxel is named by a face that touches it; an edge has at most two faces, of opposite direction;
+//! around a vertex there is one fan of faces; faces in a layer are counter-clockwise seen from the cell's centre and walls
+//! agree with them. A voxel belongs to one mesh only: voxels that touch, if only at a corner, are in one mesh. A mesh may so have
+//! parts that share no vertex; simplification needs to see them together, for often one is within the tolerance of the other.
+//!
+//! Where an image continues in another frustum, its border voxels act as one more row or column whose vertices are moved
+//! onto the seam; both frusta so end in the same seam vertices, which are locked.
+
+use super::{Across, Field, Side, Slices, Voxel, VoxelMesh};
+use crate::math::{Stop, Stopped};
+use std::ops::Range;
+
+/// Why fields cannot be meshed.
+#[derive(Debug, thiserror::Error)]
+pub enum CoverError {
+    #[error("a field names frustum {frustum}, but there are only {count}")]
+    Frustum { frustum: u32, count: usize },
+    #[error("two fields of frustum {0}")]
+    Twice(u32),
+    #[error("voxel ({x}, {y}) of frustum {frustum} lies outside its {width} x {height} image")]
+    Outside { frustum: u32, x: u16, y: u16, width: u32, height: u32 },
+    #[error("the voxels of frustum {0} are not sorted by layer, y and x, or two are equal")]
+    Unsorted(u32),
+    #[error("frustum {frustum} shares an edge of {here} pixels with frustum {other}, where it has {there}")]
+    Seam { frustum: u32, here: u32, other: u32, there: u32 },
+    #[error("frustum {0} has too many voxels to number their vertices")]
+    Size(u32),
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+/// The connected meshes over all `fields`, with their names, sorted by name.
+///
+/// A name `f{frustum}-l{layer}-y{y}-x{x}` is that of the mesh's smallest voxel.
+pub fn cover_meshes(slices: &Slices, fields: &[&Field], stop: &Stop) -> Result<Vec<(String, VoxelMesh)>, CoverError> {
+    let mut of: Vec<Option<&Field>> = vec![None; slices.frusta.len()];
+    for field in fields {
+        let slot = of
+            .get_mut(field.frustum as usize)
+            .ok_or(CoverError::Frustum { frustum: field.frustum, count: slices.frusta.len() })?;
+        if slot.replace(field).is_some() {
+            return Err(CoverError::Twice(field.frustum));
+        }
+        check(slices, field)?;
+    }
+    let mut meshes = Vec::new();
+    for field in of.iter().flatten() {
+        let sites = Sites::new(slices, &of, field)?;
+        let emitted = emit(&sites, stop)?;
+        meshes.extend(super::assemble::assemble(field, &sites, &emitted, stop)?);
+    }
+    meshes.sort_by(|a, b| a.0.cmp(&b.0));
+    Ok(meshes)
+}
+
+fn check(slices: &Slices, field: &Field) -> Result<(), CoverError> {
+    let frustum = field.frustum;
+    let [width, height] = slices.frusta[frustum as usize].size;
+    for v in field.voxels.iter() {
+        if u32::from(v.x) >= width || u32::from(v.y) >= height {
+            return Err(CoverError::Outside { frustum, x: v.x, y: v.y, width, height });
+        }
+    }
+    let key = |v: &Voxel| (v.layer, v.y, v.x);
+    if !field.voxels.windows(2).all(|w| key(&w[0]) < key(&w[1])) {
+        return Err(CoverError::Unsorted(frustum));
+    }
+    Ok(())
+}
+
+/// A voxel as the operator sees it: one of the field's own, or one that a neighbouring frustum lends beyond the image.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Site {
+    layer: u16,
+    y: i32,
+    x: i32,
+}
+
+/// All voxels that take part: first the field's own (site numbers are voxel numbers), then those lent.
+pub(super) struct Sites {
+    size: [i32; 2],
+    sites: Vec<Site>,
+    own: usize,
+}
+
+impl Sites {
+    fn new(slices: &Slices, fields: &[Option<&Field>], field: &Field) -> Result<Self, CoverError> {
+        let frustum = &slices.frusta[field.frustum as usize];
+        let size = frustum.size.map(|s| s as i32);
+        let mut sites: Vec<Site> =
+            field.voxels.iter().map(|v| Site { layer: v.layer, y: v.y.into(), x: v.x.into() }).collect();
+        let own = sites.len();
+        for (side, across) in [Side::Left, Side::Right, Side::Top, Side::Bottom].into_iter().zip(frustum.across) {
+            let Some(across) = across else { continue };
+            lend(slices, fields, field.frustum, side, across, &mut sites)?;
+        }
+        // Where three frusta meet there are three voxels instead of four: the missing one counts as filled where both
+        // its neighbours are, so that all three frusta fill the gap up to the common corner.
+        let mut corners = Vec::new();
+        let mut lent = sites[own..].to_vec();
+        lent.sort_unstable();
+        for s in &lent {
+            for x in [-1, size[0]] {
+                let beside = Site { layer: s.layer, x, y: s.y.clamp(0, size[1] - 1) };
+                let at_corner = s.x == x.clamp(0, size[0] - 1) && (s.y == -1 || s.y == size[1]);
+                if at_corner && lent.binary_search(&beside).is_ok() {
+                    corners.push(Site { layer: s.layer, y: s.y, x });
+                }
+            }
+        }
+        sites.extend(corners);
+        sites[own..].sort_unstable();
+        if sites.len() > (u32::MAX / 8) as usize {
+            return Err(CoverError::Size(field.frustum));
+        }
+        Ok(Self { size, sites, own })
+    }
+
+    /// Whether the site is a voxel of this field.
+    pub(super) fn is_own(&self, site: u32) -> bool {
+        (site as usize) < self.own
+    }
+
+    pub(super) fn own_count(&self) -> usize {
+        self.own
+    }
+
+    pub(super) fn vertex_count(&self) -> usize {
+        self.sites.len() * 4
+    }
+
+    /// Position of vertex `4 * site + corner` and whether it is locked onto a seam.
+    pub(super) fn vertex(&self, vertex: u32) -> ([i32; 3], bool) {
+        let (site, corner) = (vertex / 4, vertex as i32 % 4);
+        let s = self.sites[site as usize];
+        let at = |p: i32, far: i32, size: i32| (4 * p + 1 + 2 * far).clamp(0, 4 * size);
+        let x = at(s.x, corner & 1, self.size[0]);
+        let y = at(s.y, corner >> 1, self.size[1]);
+        ([x, y, s.layer.into()], !self.is_own(site))
+    }
+}
+
+/// Adds what the frustum beyond `side` shows along the shared edge, in this frustum's coordinates.
+fn lend(
+    slices: &Slices,
+    fields: &[Option<&Field>],
+    here: u32,
+    side: Side,
+    across: Across,
+    sites: &mut Vec<Site>,
+) -> Result<(), CoverError> {
+    let count = slices.frusta.len();
+    let other =
+        slices.frusta.get(across.frustum as usize).ok_or(CoverError::Frustum { frustum: across.frustum, count })?;
+    let size = slices.frusta[here as usize].size;
+    let length = |side: Side, size: [u32; 2]| if matches!(side, Side::Left | Side::Right) { size[1] } else { size[0] };
+    let (n, there) = (length(side, size), length(across.side, other.size));
+    if n != there {
+        return Err(CoverError::Seam { frustum: here, here: n, other: across.frustum, there });
+    }
+    let Some(field) = fields[across.frustum as usize] else { return Ok(()) };
+    for v in field.voxels.iter() {
+        let (x, y) = (u32::from(v.x), u32::from(v.y));
+        let (on_edge, along) = match across.side {
+            Side::Left => (x == 0, y),
+            Side::Right => (x + 1 == other.size[0], y),
+            Side::Top => (y == 0, x),
+            Side::Bottom => (y + 1 == other.size[1], x),
+        };
+        if !on_edge {
+            continue;
+        }
+        let along = if across.reversed { n - 1 - along } else { along } as i32;
+        let (x, y) = match side {
+            Side::Left => (-1, along),
+            Side::Right => (size[0] as i32, along),
+            Side::Top => (along, -1),
+            Side::Bottom => (along, size[1] as i32),
+        };
+        sites.push(Site { layer: v.layer, y, x });
+    }
+    Ok(())
+}
+
+/// A quad: its vertices (`4 * site + corner`) in order, and the sites that it covers (the last repeated up to four).
+pub(super) struct Quad {
+    pub vertices: [u32; 4],
+    pub covers: [u32; 4],
+}
+
+/// Corners of a voxel; bit 0: right, bit 1: bottom.
+const TL: u32 = 0;
+const TR: u32 = 1;
+const BL: u32 = 2;
+const BR: u32 = 3;
+
+/// Site numbers of one layer by pixel, with two pixels of margin, 0 where there is none.
+struct Grid {
+    width: i32,
+    cells: Vec<u32>,
+    used: Vec<usize>,
+}
+
+impl Grid {
+    fn new(size: [i32; 2]) -> Self {
+        let (w, h) = (size[0] + 4, size[1] + 4);
+        Self { width: w, cells: vec![0; w as usize * h as usize], used: Vec::new() }
+    }
+
+    fn at(&self, x: i32, y: i32) -> Option<u32> {
+        self.cells[((y + 2) * self.width + x + 2) as usize].checked_sub(1)
+    }
+
+    fn fill(&mut self, sites: &[Site], numbers: impl Iterator<Item = u32>) {
+        for i in self.used.drain(..) {
+            self.cells[i] = 0;
+        }
+        for n in numbers {
+            let s = sites[n as usize];
+            let i = ((s.y + 2) * self.width + s.x + 2) as usize;
+            self.cells[i] = n + 1;
+            self.used.push(i);
+        }
+    }
+}
+
+/// What the operator finds.
+pub(super) struct Emitted {
+    pub quads: Vec<Quad>,
+    /// Own voxels that touch, if only at a corner.
+    pub touching: Vec<[u32; 2]>,
+}
+
+/// The quads of all phases, layer by layer.
+fn emit(sites: &Sites, stop: &Stop) -> Result<Emitted, Stopped> {
+    let mut quads = Vec::with_capacity(sites.own * 4);
+    let mut touching = Vec::new();
+    let (mut cur, mut prev) = (Grid::new(sites.size), Grid::new(sites.size));
+    let layer_range = |range: Range<usize>, layer: u16| {
+        let slice = &sites.sites[range.clone()];
+        let first = range.start + slice.partition_point(|s| s.layer < layer);
+        let last = range.start + slice.partition_point(|s| s.layer <= layer);
+        first as u32..last as u32
+    };
+    let all = |layer: u16| layer_range(0..sites.own, layer).chain(layer_range(sites.own..sites.sites.len(), layer));
+    let mut layers: Vec<u16> = sites.sites.iter().map(|s| s.layer).collect();
+    layers.sort_unstable();
+    layers.dedup();
+    let mut before = None;
+    for layer in layers {
+        std::mem::swap(&mut cur, &mut prev);
+        if before != layer.checked_sub(1) || layer == 0 {
+            prev.fill(&sites.sites, std::iter::empty());
+        }
+        cur.fill(&sites.sites, all(layer));
+        before = Some(layer);
+        for (i, site) in all(layer).enumerate() {
+            if i % 65536 == 0 {
+                stop.check()?;
+            }
+            faces_of(sites, &cur, &prev, site, &mut quads);
+            if sites.is_own(site) {
+                let Site { x, y, .. } = sites.sites[site as usize];
+                // Every pair once: from the later voxel to the earlier.
+                let earlier = [(-1, 0), (-1, -1), (0, -1), (1, -1)].into_iter().map(|(i, j)| cur.at(x + i, y + j));
+                let nearer = (0..9).map(|k| prev.at(x + k % 3 - 1, y + k / 3 - 1));
+                let own = |other: &u32| sites.is_own(*other);
+                touching.extend(earlier.chain(nearer).flatten().filter(own).map(|other| [other, site]));
+            }
+        }
+    }
+    let mut named = vec![false; sites.own];
+    for q in &quads {
+        for s in q.covers {
+            if sites.is_own(s) {
+                named[s as usize] = true;
+            }
+        }
+    }
+    for site in (0..sites.own as u32).filter(|s| !named[*s as usize]) {
+        quads.push(self_face(site));
+    }
+    Ok(Emitted { quads, touching })
+}
+
+fn self_face(site: u32) -> Quad {
+    Quad { vertices: [TL, BL, BR, TR].map(|c| 4 * site + c), covers: [site; 4] }
+}
+
+/// The quads whose top left voxel in the current layer is `c`, and the walls at `c`.
+fn faces_of(sites: &Sites, cur: &Grid, prev: &Grid, c: u32, quads: &mut Vec<Quad>) {
+    let Site { x, y, .. } = sites.sites[c as usize];
+    let own = |s: u32| sites.is_own(s);
+    let mut push = |vertices: [(u32, u32); 4], covers: [u32; 4]| {
+        // A face that no voxel of this field takes part in belongs to the neighbour.
+        if covers.into_iter().any(own) {
+            quads.push(Quad { vertices: vertices.map(|(s, corner)| 4 * s + corner), covers });
+        }
+    };
+    let p = prev.at(x, y);
+    let (right, down, diagonal) = (cur.at(x + 1, y), cur.at(x, y + 1), cur.at(x + 1, y + 1));
+    let (p_right, p_down) = (prev.at(x + 1, y), prev.at(x, y + 1));
+    let p_diagonal = prev.at(x + 1, y + 1);
+    // (a) within the layer.
+    if p.is_none() && own(c) {
+        push([(c, TL), (c, BL), (c, BR), (c, TR)], [c; 4]);
+    }
+    if let Some(r) = right
+        && (p.is_none() || p_right.is_none())
+    {
+        push([(c, TR), (c, BR), (r, BL), (r, TL)], [c, r, r, r]);
+    }
+    if let Some(d) = down
+        && (p.is_none() || p_down.is_none())
+    {
+        push([(c, BL), (d, TL), (d, TR), (c, BR)], [c, d, d, d]);
+    }
+    if let (Some(r), Some(d), Some(e)) = (right, down, diagonal)
+        && [p, p_right, p_down, p_diagonal].contains(&None)
+    {
+        push([(c, BR), (d, TR), (e, TL), (r, BL)], [c, r, d, e]);
+    }
+    let Some(p) = p else { return };
+    // (b) A wall leaves the previous layer from `first` to `second`, seen from the open side from left to right.
+    let mut wall = |first: (u32, u32, u32), second: (u32, u32, u32)| {
+        let ((c1, p1, k1), (c2, p2, k2)) = (first, second);
+        push([(p1, k1), (p2, k2), (c2, k2), (c1, k1)], [p1, c1, p2, c2]);
+    };
+    if own(c) {
+        if p_right.is_none() {
+            wall((c, p, TR), (c, p, BR));
+        }
+        if prev.at(x - 1, y).is_none() {
+            wall((c, p, BL), (c, p, TL));
+        }
+        if prev.at(x, y - 1).is_none() {
+            wall((c, p, TL), (c, p, TR));
+        }
+        if p_down.is_none() {
+            wall((c, p, BR), (c, p, BL));
+        }
+    }
+    // (c) Walls between the walls of two neighbours.
+    if let (Some(r), Some(pr)) = (right, p_right) {
+        if prev.at(x, y - 1).is_none() || prev.at(x + 1, y - 1).is_none() {
+            wall((c, p, TR), (r, pr, TL));
+        }
+        if p_down.is_none() || p_diagonal.is_none() {
+            wall((r, pr, BL), (c, p, BR));
+        }
+    }
+    if let (Some(d), Some(pd)) = (down, p_down) {
+        if p_right.is_none() || p_diagonal.is_none() {
+            wall((c, p, BR), (d, pd, TR));
+        }
+        if prev.at(x - 1, y).is_none() || prev.at(x - 1, y + 1).is_none() {
+            wall((d, pd, TL), (c, p, BL));
+        }
+    }
+}

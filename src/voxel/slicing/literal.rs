@@ -1,0 +1,333 @@
+//! The same field by its definition: one pass per layer, pixel by pixel, sample by sample.
+
+use super::{
+    prepare::{Cut, Prepared, Screen, Soup, sample_view},
+    slice,
+    spans::{STEPS, Samples, edge},
+};
+use crate::{
+    image::srgb,
+    math::Stop,
+    raster::{Camera, Geometry, Holes, Shader},
+    scene::{Alpha, Image, Material, Mesh, Object, Part, Scene, Texture, Wrap},
+    voxel::{
+        Cell, Field, Slices,
+        frusta::{Lens, frame},
+    },
+};
+use glam::{DVec3, Mat4};
+use proptest::prelude::*;
+use std::{collections::BTreeMap, sync::Arc};
+
+/// What the literal field holds of a visible voxel, by (layer, y, x).
+type Literal = BTreeMap<(u16, u16, u16), ([u8; 3], String)>;
+
+struct Face<'a> {
+    slices: &'a Slices,
+    index: usize,
+    screen: Screen,
+    prepared: Prepared,
+    inverse: Vec<f64>,
+    samples: Samples,
+    camera: Camera,
+    geometry: &'a Geometry,
+    soup: &'a Soup,
+}
+
+/// Whether a segment meets a closed pixel, by separating axes.
+fn meets([a, b]: [[i32; 2]; 2], x: i64, y: i64) -> bool {
+    let [ax, ay, bx, by] = [a[0], a[1], b[0], b[1]].map(i64::from);
+    let (l, t) = (x * STEPS, y * STEPS);
+    let (r, d) = (l + STEPS, t + STEPS);
+    let side = |x: i64, y: i64| ((bx - ax) * (y - ay) - (by - ay) * (x - ax)).signum();
+    let sides = [side(l, t), side(r, t), side(l, d), side(r, d)];
+    let beyond = ax.max(bx) < l || ax.min(bx) > r || ay.max(by) < t || ay.min(by) > d;
+    !beyond && !sides.iter().all(|s| *s > 0) && !sides.iter().all(|s| *s < 0)
+}
+
+impl Face<'_> {
+    /// All (inverse depth, source) at a sample in a layer.
+    fn hits(&self, layer: u16, sx: i32, sy: i32) -> Vec<(f64, u32)> {
+        let mut holes = Holes::seen_by(self.geometry, self.camera);
+        let mut all = vec![];
+        for item in self.prepared.items.iter().filter(|i| i.first <= layer && layer <= i.last) {
+            let (x, y) = (self.samples.step(sx), self.samples.step(sy));
+            let covered = self.prepared.pieces(item).iter().any(|p| (0..3).all(|i| edge(p, i, x, y) >= 0));
+            let depths = item.depths(&self.inverse);
+            let q = depths.at(self.samples, sx, sy);
+            let number = self.soup.numbers[item.source as usize];
+            if covered && depths.layer(q) == layer && holes.solid(number, f64::from(sx) + 0.5, f64::from(sy) + 0.5) {
+                all.push((q, item.source));
+            }
+        }
+        all
+    }
+
+    /// All cuts along the layer's two borders that touch a pixel: squared distance, source, weights.
+    fn cuts(&self, layer: u16, x: u32, y: u32) -> Vec<(f64, u32, [f64; 3])> {
+        let mut holes = Holes::seen_by(self.geometry, self.camera);
+        let mut all = vec![];
+        for item in &self.prepared.items {
+            for border in [layer, layer + 1].into_iter().filter(|b| item.cuts().contains(b)) {
+                let distance = self.slices.borders[usize::from(border)];
+                let Some(cut) = Cut::new(&self.soup.corners[item.source as usize], distance, &self.screen) else {
+                    continue;
+                };
+                let (d, w) = cut.nearest(x, y);
+                let number = self.soup.numbers[item.source as usize];
+                if meets(cut.ends, i64::from(x), i64::from(y)) && holes.solid_at(number, w) {
+                    all.push((d, item.source, w));
+                }
+            }
+        }
+        all
+    }
+
+    fn samples_of(&self, x: u32, y: u32) -> Vec<(i32, i32)> {
+        let n = self.samples.0 as i32;
+        (0..n).flat_map(|j| (0..n).map(move |i| (x as i32 * n + i, y as i32 * n + j))).collect()
+    }
+
+    fn filled(&self, layer: u16, x: u32, y: u32) -> bool {
+        !self.cuts(layer, x, y).is_empty()
+            || self.samples_of(x, y).iter().any(|(sx, sy)| !self.hits(layer, *sx, *sy).is_empty())
+    }
+
+    fn color(&self, shader: &Shader, layer: u16, x: u32, y: u32) -> ([u8; 3], u32) {
+        let view = sample_view(self.slices, &self.slices.frusta[self.index], self.samples.0);
+        let mut seen = vec![];
+        for (sx, sy) in self.samples_of(x, y) {
+            let nearest = self.hits(layer, sx, sy).into_iter().reduce(|a, b| if b > a { b } else { a });
+            if let Some((q, source)) = nearest {
+                let number = self.soup.numbers[source as usize];
+                let s = shader.shade(&view, f64::from(sx) + 0.5, f64::from(sy) + 0.5, number);
+                seen.push((s.color, self.geometry.object_of(number), q));
+            }
+        }
+        if seen.is_empty() {
+            let cuts = self.cuts(layer, x, y);
+            let (_, source, w) = cuts.into_iter().reduce(|a, b| if (b.0, b.1) < (a.0, a.1) { b } else { a }).unwrap();
+            let number = self.soup.numbers[source as usize];
+            seen.push((shader.facet(&self.camera, number).point(w).color, self.geometry.object_of(number), 0.0));
+        }
+        let mean = |k: usize| srgb::from_linear(seen.iter().fold(0.0, |s, c| s + c.0[k]) / seen.len() as f32);
+        let votes = |o: u32| seen.iter().filter(|s| s.1 == o).count();
+        let depth = |o: u32| seen.iter().filter(|s| s.1 == o).map(|s| s.2).fold(0.0, f64::max);
+        let best = |a: u32, b: u32| {
+            let better =
+                (votes(b), depth(b)) > (votes(a), depth(a)) || ((votes(b), depth(b)) == (votes(a), depth(a)) && b < a);
+            if better { b } else { a }
+        };
+        ([mean(0), mean(1), mean(2)], seen.iter().map(|s| s.1).reduce(best).unwrap())
+    }
+}
+
+/// The pixel of a face at (x, y), which may lie one pixel outside: found by direction, not by links.
+fn locate(slices: &Slices, i: usize, x: i64, y: i64) -> Option<(usize, usize)> {
+    let f = &slices.frusta[i];
+    let [w, h] = f.size.map(i64::from);
+    if (0..w).contains(&x) && (0..h).contains(&y) {
+        return Some((i, (y * w + x) as usize));
+    }
+    let u = f.left + (x as f64 + 0.5) / w as f64 * (f.right_tan - f.left);
+    let v = f.top - (y as f64 + 0.5) / h as f64 * (f.top - f.bottom);
+    let d = f.forward + f.right * u + f.up * v;
+    if slices.frusta.len() == 1 {
+        return None;
+    }
+    let (k, g) = slices.frusta.iter().enumerate().find(|(_, g)| d.dot(g.forward) >= d.abs().max_element() - 1e-12)?;
+    let z = d.dot(g.forward);
+    let px = (d.dot(g.right) / z - g.left) / (g.right_tan - g.left) * w as f64;
+    let py = (g.top - d.dot(g.up) / z) / (g.top - g.bottom) * h as f64;
+    Some((k, (py.floor() as i64 * w + px.floor() as i64) as usize))
+}
+
+fn literal(scene: &Scene, geometry: &Geometry, slices: &Slices, n: u32) -> Vec<Literal> {
+    let soup = Soup::new(geometry, slices.cell.centre);
+    let shader = Shader::new(geometry);
+    let face = |(index, f)| {
+        let screen = Screen::new(f, slices.borders[0]);
+        Face {
+            slices,
+            index,
+            prepared: Prepared::new(&soup, slices, &screen, &Stop::default()).unwrap(),
+            screen,
+            inverse: slices.borders.iter().map(|b| 1.0 / b).collect(),
+            samples: Samples(n),
+            camera: Camera::new(&sample_view(slices, f, n)),
+            geometry,
+            soup: &soup,
+        }
+    };
+    let faces: Vec<_> = slices.frusta.iter().enumerate().map(face).collect();
+    let pixels = |f: &Face| f.screen.width * f.screen.height;
+    let mut hidden: Vec<Vec<bool>> = faces.iter().map(|f| vec![false; pixels(f) as usize]).collect();
+    let mut out = vec![Literal::new(); faces.len()];
+    for layer in 0..slices.layers.len() as u16 {
+        let filled: Vec<Vec<bool>> = faces
+            .iter()
+            .map(|f| (0..pixels(f)).map(|i| f.filled(layer, i % f.screen.width, i / f.screen.width)).collect())
+            .collect();
+        for (k, f) in faces.iter().enumerate() {
+            for i in 0..pixels(f) {
+                if filled[k][i as usize] && !hidden[k][i as usize] {
+                    let (x, y) = (i % f.screen.width, i / f.screen.width);
+                    let (color, object) = f.color(&shader, layer, x, y);
+                    let name = scene.objects[object as usize].name.clone();
+                    out[k].insert((layer, y as u16, x as u16), (color, name));
+                }
+            }
+        }
+        let opaque =
+            |k: usize, x: i64, y: i64| locate(slices, k, x, y).is_some_and(|(f, i)| filled[f][i] || hidden[f][i]);
+        let next = faces.iter().enumerate().map(|(k, f)| {
+            let (w, h) = (i64::from(f.screen.width), i64::from(f.screen.height));
+            let inside = |v: i64, n: i64| (0..n).contains(&v);
+            let neighbour = |x: i64, y: i64| {
+                if inside(x, w) || inside(y, h) {
+                    opaque(k, x, y)
+                } else {
+                    opaque(k, x, y.clamp(0, h - 1)) && opaque(k, x.clamp(0, w - 1), y)
+                }
+            };
+            let eroded = |x: i64, y: i64| (-1..=1).all(|dy| (-1..=1).all(|dx| neighbour(x + dx, y + dy)));
+            (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| eroded(x, y)).collect()
+        });
+        hidden = next.collect();
+    }
+    out
+}
+
+fn as_literal(fields: &[Field]) -> Vec<Literal> {
+    let voxel = |f: &Field, v: &crate::voxel::Voxel| {
+        ((v.layer, v.y, v.x), ([v.color[0], v.color[1], v.color[2]], f.objects[v.object as usize].clone()))
+    };
+    fields.iter().map(|f| f.voxels.iter().map(|v| voxel(f, v)).collect()).collect()
+}
+
+/// Objects of a few triangles each, of which some have holes.
+fn scene(triangles: &[([[f32; 3]; 3], [f32; 3], bool)]) -> Scene {
+    let checker = Image {
+        name: "checker".into(),
+        width: 4,
+        height: 4,
+        texels: (0..16).map(|i| [200, 100, 50, if (i + i / 4) % 2 == 0 { 255 } else { 0 }]).collect(),
+    };
+    let texture = Texture {
+        image: Arc::new(checker),
+        uv_set: 0,
+        offset: [0.0; 2],
+        rotation: 0.0,
+        scale: [1.0; 2],
+        wrap: [Wrap::Repeat; 2],
+        smooth: false,
+    };
+    let solid = Arc::new(Material::default());
+    let holes = Arc::new(Material {
+        base_color_texture: Some(texture),
+        alpha: Alpha::Mask { cutoff: 0.5 },
+        ..Material::default()
+    });
+    let object = |(i, (corners, color, masked)): (usize, &([[f32; 3]; 3], [f32; 3], bool))| {
+        let mesh = Mesh {
+            positions: corners.to_vec().into(),
+            uv: [vec![[0.0, 0.0], [1.5, 0.0], [0.0, 1.5]].into(), Default::default()],
+            colors: vec![[color[0], color[1], color[2], 1.0]; 3].into(),
+            triangles: vec![[0, 1, 2]].into(),
+            ..Mesh::default()
+        };
+        let material = if *masked { holes.clone() } else { solid.clone() };
+        Object {
+            name: format!("object {i:03}"),
+            transform: Mat4::IDENTITY,
+            parts: vec![Part { mesh: Arc::new(mesh), material }],
+        }
+    };
+    Scene { objects: triangles.iter().enumerate().map(object).collect() }
+}
+
+fn check(scene: &Scene, cell: &Cell, lens: &Lens, n: u32) -> Option<Slices> {
+    let geometry = Geometry::new(scene);
+    let stop = Stop::default();
+    let soup = Soup::new(&geometry, cell.centre);
+    let slices = frame(cell, &soup.corners, lens, &stop).ok()?;
+    let fields = slice(scene, &geometry, &soup, &slices, n, &stop).unwrap();
+    for f in &fields {
+        assert_eq!(f.validate(), Ok(()));
+    }
+    let (ours, expect) = (as_literal(&fields), literal(scene, &geometry, &slices, n));
+    for (k, (ours, expect)) in ours.iter().zip(&expect).enumerate() {
+        for (key, value) in expect {
+            assert_eq!(ours.get(key), Some(value), "frustum {k}, voxel {key:?}");
+        }
+        assert_eq!(ours.len(), expect.len(), "frustum {k}");
+    }
+    Some(slices)
+}
+
+fn corner(low: [f32; 3], high: [f32; 3]) -> impl Strategy<Value = [f32; 3]> {
+    [low[0]..high[0], low[1]..high[1], low[2]..high[2]]
+}
+
+fn triangles(low: [f32; 3], high: [f32; 3], count: usize) -> impl Strategy<Value = Scene> {
+    let one = (prop::array::uniform3(corner(low, high)), prop::array::uniform3(0.0..1.0f32), prop::bool::weighted(0.3));
+    prop::collection::vec(one, 1..count).prop_map(|t| scene(&t))
+}
+
+const CELL: Cell = Cell { centre: DVec3::new(0.1, 0.2, 0.3), half: DVec3::new(0.5, 0.4, 0.45) };
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, max_shrink_iters: 40, ..ProptestConfig::default() })]
+
+    #[test]
+    fn one_frustum_agrees_with_the_definition(scene in triangles([-2.0, -1.5, -8.0], [2.0, 1.5, -0.2], 10), log in 0..3u32) {
+        let lens = Lens { resolution: 8, fov: 0.8, max_layers: 100, max_side: 4000 };
+        check(&scene, &CELL, &lens, 1 << log);
+    }
+
+    #[test]
+    fn faces_of_a_cube_agree_with_the_definition(scene in triangles([-6.0, -6.0, -6.0], [6.0, 6.0, 6.0], 10)) {
+        let lens = Lens { resolution: 4, fov: 0.8, max_layers: 100, max_side: 4000 };
+        check(&scene, &CELL, &lens, 2);
+    }
+}
+
+#[test]
+fn what_lies_edge_on_or_on_pixel_borders_agrees_too() {
+    let quad = |a: [f32; 3], b: [f32; 3], c: [f32; 3], d: [f32; 3]| {
+        [([a, b, c], [1.0, 0.0, 0.0], false), ([a, c, d], [0.0, 0.0, 1.0], false)]
+    };
+    // A wall through the cell's centre seen edge-on, a floor, and a wall right across.
+    let t = [
+        quad([0.0, -1.0, -3.0], [0.0, 1.0, -3.0], [0.0, 1.0, -9.0], [0.0, -1.0, -9.0]),
+        quad([-1.0, -1.0, -3.0], [1.0, -1.0, -3.0], [1.0, -1.0, -9.0], [-1.0, -1.0, -9.0]),
+        quad([-1.0, -1.0, -9.0], [1.0, -1.0, -9.0], [1.0, 1.0, -9.0], [-1.0, 1.0, -9.0]),
+    ];
+    let cell = Cell { centre: DVec3::ZERO, half: DVec3::splat(0.5) };
+    let lens = Lens { resolution: 28, fov: 0.8, max_layers: 100, max_side: 4000 };
+    let slices = check(&scene(&t.concat()), &cell, &lens, 2).unwrap();
+    assert_eq!(slices.frusta.len(), 1);
+    assert!(slices.layers.len() > 3);
+}
+
+#[test]
+fn threads_and_bytes() {
+    let mut t = vec![];
+    for i in 0..40u32 {
+        let v = |k: u32| ((i * 37 + k * 101) % 97) as f32 / 97.0 * 8.0 - 4.0;
+        let z = -3.0 - (i % 7) as f32;
+        t.push(([[v(0), v(1), z], [v(2), v(3), z - 2.0], [v(4), v(5), z]], [v(6).abs() / 4.0, 0.5, 0.2], i % 5 == 0));
+    }
+    let (scene, stop) = (scene(&t), Stop::default());
+    let geometry = Geometry::new(&scene);
+    let soup = Soup::new(&geometry, CELL.centre);
+    let lens = Lens { resolution: 200, fov: 0.8, max_layers: 100, max_side: 4000 };
+    let slices = frame(&CELL, &soup.corners, &lens, &stop).unwrap();
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| slice(&scene, &geometry, &soup, &slices, 2, &stop).unwrap())
+    };
+    assert!(run(1) == run(3));
+    stop.set();
+    assert!(slice(&scene, &geometry, &soup, &slices, 2, &stop).is_err());
+}

@@ -1,0 +1,166 @@
+//! The program as a user runs it: exit codes, what is printed where, what is written.
+
+use std::{
+    path::Path,
+    process::{Command, Output},
+};
+use tempfile::TempDir;
+
+const SMALL: &str = "
+[pipeline]
+about = \"Writes a small scene\"
+[params]
+what = \"solids\"
+[nodes.make]
+kind = \"make-scene\"
+what = \"{what}\"
+[nodes.write]
+kind  = \"write-glb\"
+scene = \"make\"
+[files]
+\"scene.glb\" = \"write\"
+";
+
+/// A working folder that holds `small.toml`.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("small.toml"), SMALL).unwrap();
+    folder
+}
+
+struct Ran {
+    code: i32,
+    out: String,
+    err: String,
+}
+
+fn farfield(folder: &Path, args: &[&str]) -> Ran {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_farfield"));
+    command.current_dir(folder).args(args).env_remove("FARFIELD_CACHE").env_remove("NO_COLOR");
+    let Output { status, stdout, stderr } = command.output().unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    Ran { code: status.code().unwrap(), out: text(stdout), err: text(stderr) }
+}
+
+#[test]
+fn a_second_bake_does_nothing() {
+    let folder = folder();
+    let first = farfield(folder.path(), &["bake", "small.toml"]);
+    assert_eq!(first.code, 0, "{}", first.err);
+    assert!(first.out.starts_with("baked: small, 0 hits, 2 ran, "), "{}", first.out);
+    let glb = std::fs::read(folder.path().join("out/small/scene.glb")).unwrap();
+    assert_eq!(&glb[..4], b"glTF");
+    assert!(folder.path().join(".farfield/cache").is_dir(), "the default cache");
+
+    let dry = farfield(folder.path(), &["bake", "small.toml", "--dry-run", "--set", "write.unlit=false"]);
+    assert_eq!((dry.code, dry.out.as_str()), (0, "make   hit\nwrite  runs\n"), "{}", dry.err);
+    let second = farfield(folder.path(), &["bake", "small.toml"]);
+    assert!(
+        second.code == 0 && second.out.starts_with("baked: small, 2 hits, 0 ran, "),
+        "{} {}",
+        second.out,
+        second.err
+    );
+
+    let forced =
+        farfield(folder.path(), &["bake", "small.toml", "--force", "write", "--jobs", "1", "--memory", "2GiB"]);
+    assert!(forced.out.contains(", 1 ran, "), "{} {}", forced.out, forced.err);
+    let only = farfield(folder.path(), &["bake", "small.toml", "--only", "make", "--audit", "100%"]);
+    assert_eq!(only.code, 0, "{}", only.err);
+    let why = farfield(folder.path(), &["why", "small.toml", "write"]);
+    assert!(why.code == 0 && why.out.contains("write"), "{} {}", why.out, why.err);
+}
+
+#[test]
+fn events_as_json_are_a_line_each() {
+    let folder = folder();
+    let ran = farfield(folder.path(), &["bake", "small.toml", "--events", "json", "--out", "there", "--cache", "kept"]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let events: Vec<serde_json::Value> = ran.out.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let names: Vec<&str> = events.iter().map(|e| e["event"].as_str().unwrap()).collect();
+    assert_eq!((names.first(), names.last()), (Some(&"started"), Some(&"finished")));
+    assert!(names.contains(&"published"));
+    assert!(folder.path().join("there/small/scene.glb").is_file() && folder.path().join("kept").is_dir());
+}
+
+#[test]
+fn mistakes_exit_with_2_and_run_nothing() {
+    let folder = folder();
+    std::fs::write(folder.path().join("bad.toml"), "[nodes.a]\nkind = \"make-scnee\"\n").unwrap();
+    for (args, expect) in [
+        (&["bake", "bad.toml"][..], "did you mean `make-scene`?"),
+        (&["check", "bad.toml"], "bad.toml:2:8"),
+        (&["bake", "smal.toml"], "did you mean `small.toml`?"),
+        (&["bake", "tmd"], "did you mean `tdm`?"),
+        (&["bake", "small.toml", "--set", "waht=car"], "did you mean `what`?"),
+        (&["bake", "small.toml", "--set", "what=cra"], "did you mean `car`?"),
+        (&["bake", "small.toml", "--only", "wriet"], "did you mean `write`?"),
+        (&["bake", "small.toml", "--memory", "lots"], "4GiB"),
+        (&["bake", "small.toml", "--nonsense"], "--nonsense"),
+        (&["nodes", "make-scnee"], "did you mean `make-scene`?"),
+        (&["cache", "gc"], "--max-size"),
+    ] {
+        let ran = farfield(folder.path(), args);
+        assert_eq!(ran.code, 2, "{args:?}: {}", ran.err);
+        assert!(ran.err.contains(expect), "{args:?}: {}", ran.err);
+        assert!(!ran.err.contains('\x1b'), "no colours where there is no terminal");
+        assert_eq!(ran.out, "");
+    }
+    assert!(!folder.path().join("out").exists() && !folder.path().join(".farfield").exists());
+}
+
+#[test]
+fn a_failed_node_exits_with_1() {
+    let folder = folder();
+    std::fs::write(folder.path().join("broken.glb"), b"glTF, but no more").unwrap();
+    let text = "[nodes.load]\nkind = \"load-scene\"\npath = \"broken.glb\"\n[nodes.write]\nkind = \"write-glb\"\nscene = \"load\"\n[files]\n\"a.glb\" = \"write\"\n";
+    std::fs::write(folder.path().join("broken.toml"), text).unwrap();
+    let ran = farfield(folder.path(), &["bake", "broken.toml"]);
+    assert_eq!(ran.code, 1, "{}", ran.err);
+    assert!(ran.err.contains("error: load: ") && ran.out.starts_with("failed: broken"), "{}{}", ran.err, ran.out);
+    assert!(!folder.path().join("out/broken/a.glb").exists());
+}
+
+#[test]
+fn check_and_graph_show_the_plan() {
+    let folder = folder();
+    let check = farfield(folder.path(), &["check", "small.toml"]);
+    assert_eq!(check.out, "ok: pipeline small, 2 nodes, 1 file, 0 requirements\n  scene.glb ← write.glb\n");
+    let dot = farfield(folder.path(), &["graph", "small.toml"]);
+    assert_eq!(
+        dot.out,
+        "digraph \"small\" {\n  rankdir = LR;\n  node [shape = box, style = rounded];\n  n0 [label = \"make\\nmake-scene\"];\n  \
+         n1 [label = \"write\\nwrite-glb\"];\n  n0 -> n1 [label = \"scene\"];\n  f0 [label = \"scene.glb\", shape = note];\n  \
+         n1 -> f0;\n}\n"
+    );
+    let mermaid = farfield(folder.path(), &["graph", "small.toml", "--format", "mermaid"]);
+    assert!(
+        mermaid.out.starts_with("flowchart LR\n") && mermaid.out.contains("n0 -->|\"scene\"| n1"),
+        "{}",
+        mermaid.out
+    );
+}
+
+#[test]
+fn nodes_are_documented() {
+    let folder = folder();
+    let list = farfield(folder.path(), &["nodes"]);
+    assert!(list.out.contains("make-scene") && list.out.contains("write-glb"));
+    let page = farfield(folder.path(), &["nodes", "make-scene"]);
+    assert!(page.out.contains("what: \"") && page.out.contains("default \"city\""), "{}", page.out);
+    let schema = farfield(folder.path(), &["nodes", "--schema"]);
+    let schema: serde_json::Value = serde_json::from_str(&schema.out).unwrap();
+    assert!(schema["$defs"]["make-scene"]["properties"]["seed"].is_object());
+}
+
+#[test]
+fn the_cache_is_looked_after() {
+    let folder = folder();
+    farfield(folder.path(), &["bake", "small.toml"]);
+    let stats = farfield(folder.path(), &["cache", "stats"]);
+    assert!(stats.code == 0 && stats.out.contains("results  2 runs"), "{}{}", stats.out, stats.err);
+    let verify = farfield(folder.path(), &["cache", "verify"]);
+    assert!(verify.code == 0 && verify.out.starts_with("clean: "), "{}{}", verify.out, verify.err);
+    let gc = farfield(folder.path(), &["cache", "gc", "--max-size", "1GiB", "--max-age", "30d"]);
+    assert!(gc.code == 0 && gc.out.starts_with("removed 0 runs"), "{}{}", gc.out, gc.err);
+}

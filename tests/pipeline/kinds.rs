@@ -1,0 +1,208 @@
+//! Kinds that do nothing, for checks of pipeline files.
+
+use farfield::{
+    engine::{
+        artifact::{Artifact, DecodeError, Decoder, Encoder},
+        node::{Ctx, List, Node, NodeError, Registry, SourcePath},
+        plan::{File, Relation},
+    },
+    ports,
+};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+macro_rules! value {
+    ($($name:ident)*) => { $(
+        pub struct $name;
+        impl Artifact for $name {
+            const TYPE: &'static str = stringify!($name);
+            const FORMAT: u32 = 1;
+            fn encode(&self, _: &mut Encoder) {}
+            fn decode(_: &Decoder) -> Result<Self, DecodeError> {
+                Ok(Self)
+            }
+        }
+    )* };
+}
+value!(Scene Mesh Cell);
+
+macro_rules! node {
+    ($kind:ident, $name:literal, $params:ty, $in:ty, $out:ty $(, $check:expr)?) => {
+        pub struct $kind;
+        impl Node for $kind {
+            const KIND: &'static str = $name;
+            const VERSION: u32 = 1;
+            type Params = $params;
+            type In = $in;
+            type Out = $out;
+            fn memory(_: &Self::Params, _: &[u64]) -> u64 {
+                0
+            }
+            $(fn check(params: &Self::Params) -> Result<(), (&'static str, String)> {
+                $check(params)
+            })?
+            fn run(_: &Self::Params, _: $in, _: &Ctx) -> Result<$out, NodeError> {
+                Err(NodeError::Failed("only for checks".into()))
+            }
+        }
+    };
+}
+
+/// Loads.
+#[derive(Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct LoadParams {
+    /// The file.
+    pub path: SourcePath,
+}
+
+/// Collapses.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct CollapseParams {
+    /// How far.
+    #[schemars(range(min = 1.0, max = 8.0))]
+    pub factor: f64,
+    /// Most layers.
+    #[schemars(range(min = 1))]
+    pub max_layers: u32,
+    /// How.
+    pub policy: Policy,
+    /// Whether walls stay.
+    pub keep_walls: bool,
+    /// Where from, in metres.
+    pub centre: Option<[f64; 3]>,
+    /// A label.
+    pub label: String,
+    /// Limits.
+    pub limits: Limits,
+}
+
+impl Default for CollapseParams {
+    fn default() -> Self {
+        Self {
+            factor: 2.0,
+            max_layers: 100,
+            policy: Policy::VoxelCover,
+            keep_walls: false,
+            centre: None,
+            label: String::new(),
+            limits: Limits::default(),
+        }
+    }
+}
+
+/// How to collapse.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Policy {
+    /// Covers.
+    VoxelCover,
+    /// Quadrics.
+    Quadric,
+}
+
+/// Limits.
+#[derive(Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Limits {
+    /// In degrees.
+    pub angle: f64,
+}
+
+/// Nothing.
+#[derive(Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Nothing {}
+
+/// Seeds.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SeedParams {
+    /// A seed.
+    pub seed: u64,
+}
+
+ports! { pub struct None {} }
+ports! { pub struct OneScene {
+    /// A scene.
+    scene: Arc<Scene>,
+} }
+ports! { pub struct OneMesh {
+    /// A mesh.
+    mesh: Arc<Mesh>,
+    /// A cell.
+    cell: Option<Arc<Cell>>,
+} }
+ports! { pub struct MeshOut {
+    /// A mesh.
+    mesh: Arc<Mesh>,
+    /// A picture of it.
+    picture: Arc<File>,
+} }
+ports! { pub struct Meshes {
+    /// Meshes.
+    meshes: List<Mesh>,
+} }
+ports! { pub struct MeshesIn {
+    /// Meshes.
+    meshes: List<Mesh>,
+    /// A scene.
+    scene: Option<Arc<Scene>>,
+} }
+ports! { pub struct Cells {
+    /// Cells.
+    cells: List<Cell>,
+    /// Which are side by side.
+    neighbours: Arc<Relation>,
+} }
+ports! { pub struct Written {
+    /// A file.
+    file: Arc<File>,
+    /// What was measured.
+    certificate: Arc<File>,
+} }
+ports! { pub struct PairIn {
+    /// A mesh.
+    mesh: Arc<Mesh>,
+    /// A cell.
+    cell: Arc<Cell>,
+} }
+ports! { pub struct ViewsIn {
+    /// A cell.
+    cell: Arc<Cell>,
+    /// Meshes of it and of others.
+    meshes: List<Mesh>,
+} }
+
+fn judge(params: &CollapseParams) -> Result<(), (&'static str, String)> {
+    if params.factor > 4.0 && params.keep_walls {
+        return Err(("factor", format!("{} is too far while walls are kept; at most 4", params.factor)));
+    }
+    Ok(())
+}
+
+node!(Load, "load-scene", LoadParams, None, OneScene);
+node!(Mesher, "voxel-mesh", Nothing, OneScene, Meshes);
+node!(Collapse, "collapse", CollapseParams, OneMesh, MeshOut, judge);
+node!(HexCells, "hex-cells", Nothing, OneScene, Cells);
+node!(Pair, "pair", Nothing, PairIn, MeshOut);
+node!(Neighbours, "neighbours", Nothing, ViewsIn, MeshOut);
+node!(Write, "write-glb", Nothing, MeshesIn, Written);
+node!(Single, "single-mesh", Nothing, None, MeshOut);
+node!(Make, "make-scene", SeedParams, None, OneScene);
+
+pub fn registry() -> Registry {
+    let mut r = Registry::default();
+    r.add::<Load>();
+    r.add::<Mesher>();
+    r.add::<Collapse>();
+    r.add::<HexCells>();
+    r.add::<Pair>();
+    r.add::<Neighbours>();
+    r.add::<Write>();
+    r.add::<Make>();
+    r.add::<Single>();
+    r
+}

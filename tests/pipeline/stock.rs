@@ -1,0 +1,41 @@
+//! The pipelines that the program carries, against the kinds that it carries.
+
+use farfield::{
+    cli::stock::STOCK,
+    engine::pipeline::{Request, load},
+    nodes,
+};
+
+#[test]
+fn every_stock_pipeline_is_listed() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines");
+    let mut files: Vec<String> =
+        folder.read_dir().unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    files.sort();
+    let listed: Vec<String> = STOCK.iter().map(|(name, _)| format!("{name}.toml")).collect();
+    let mut sorted = listed.clone();
+    sorted.sort();
+    assert_eq!(files, sorted);
+}
+
+#[test]
+fn every_stock_pipeline_checks() {
+    let registry = nodes::registry();
+    for (name, _) in STOCK {
+        let folder = std::env::current_dir().unwrap();
+        let request = Request { file: name, folder: &folder, set: &[], stock: STOCK, everywhere: &[] };
+        let plan = load(&request, &registry).unwrap_or_else(|problems| panic!("{name}\n{problems}"));
+        assert_eq!(&plan.name, name);
+    }
+}
+
+#[test]
+fn every_stock_pipeline_has_the_common_knobs() {
+    let registry = nodes::registry();
+    let folder = std::env::current_dir().unwrap();
+    let set: Vec<String> = ["scene=builtin:car", "resolution=256", "views=8"].iter().map(|s| (*s).to_owned()).collect();
+    for (name, _) in STOCK {
+        let request = Request { file: name, folder: &folder, set: &set, stock: STOCK, everywhere: &[] };
+        load(&request, &registry).unwrap_or_else(|problems| panic!("{name}\n{problems}"));
+    }
+}
