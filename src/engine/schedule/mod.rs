@@ -9,7 +9,6 @@ mod open;
 mod read;
 mod settle;
 mod start;
-mod supply;
 mod task;
 
 pub use task::panic_text;

@@ -1,19 +1,20 @@
 //! Opening a node: all that it reads is settled, so its key is known. Either the cache has it as a whole, or it is
 //! split into runs, of which only those that the index does not have remain to be done.
 
-use super::{Broken, Cause, Forecast, NodeState, Output, Run, RunId, Schedule, State, Trust, supply::tables};
+use super::{Broken, Cause, Forecast, NodeState, Output, Run, RunId, Schedule, State, Trust, Waiter, read::tables};
 use crate::engine::{
     bake::Failure,
-    elements,
+    elements::{self, Binding, Feed, Taken, Via},
     error::EngineError,
     events::Event,
     hash::Digest,
     key,
+    plan::{OutputRef, Relation},
     record::{NodeTrace, RunRecord},
     source,
     value::shown,
 };
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 impl Schedule<'_> {
     /// Keys node `n` and settles it, or readies its runs.
@@ -249,6 +250,82 @@ impl Schedule<'_> {
         Ok(())
     }
 
+    /// Gathers what reaches `n` through its ports. False if a relation's value is lost: the node opens again when it
+    /// is there.
+    pub(super) fn bind(&mut self, n: usize) -> Result<bool, EngineError> {
+        if self.nodes[n].binding.is_some() {
+            return Ok(true);
+        }
+        let node = &self.plan.nodes[n];
+        let mut feeds = Vec::with_capacity(node.inputs.len());
+        for (i, input) in node.inputs.iter().enumerate() {
+            let Some(from) = input.from else {
+                feeds.push(None);
+                continue;
+            };
+            let rows = self.rows(from)?;
+            let via = match input.via {
+                Some(via) => match self.via(n, i, via)? {
+                    Some(via) => Some(via),
+                    None => return Ok(false),
+                },
+                None => None,
+            };
+            let outer = match self.outer(n, i) {
+                Some(outer) => Some(self.rows(outer)?),
+                None => None,
+            };
+            feeds.push(Some(Feed { rows, hash: self.output(from).hash, via, outer }));
+        }
+        self.nodes[n].binding = Some(Binding::new(node, feeds));
+        Ok(true)
+    }
+
+    /// The list that made the axes below which port `i` of node `n` gathers.
+    fn outer(&self, n: usize, i: usize) -> Option<OutputRef> {
+        let node = &self.plan.nodes[n];
+        let kept = elements::kept(node, i);
+        let last = *kept.last()?;
+        if elements::gathered(node, i).is_empty() {
+            return None;
+        }
+        let mut axes = self.plan.nodes[last.node.0 as usize].axes.clone();
+        axes.push(last);
+        (axes == kept).then_some(last)
+    }
+
+    fn via(&mut self, n: usize, port: usize, from: OutputRef) -> Result<Option<Via>, EngineError> {
+        let node = &self.plan.nodes[n];
+        let maker = &self.plan.nodes[from.node.0 as usize];
+        let rows = self.rows(from)?;
+        let mut relations = BTreeMap::new();
+        for row in rows.iter() {
+            let hash = row.value.hash;
+            let spec = &maker.kind.spec().outputs[from.port as usize];
+            match self.fetch(hash, spec)? {
+                Ok(data) => {
+                    // The plan has checked that the output is a relation.
+                    let wrong = || EngineError::Again("a relation is of another type".to_owned());
+                    relations.insert(hash, data.downcast::<Relation>().map_err(|_| wrong())?);
+                }
+                Err(what) => {
+                    self.mend(from, &row.name, hash, &what, Waiter::Node(n))?;
+                    return Ok(None);
+                }
+            }
+        }
+        let gathered = elements::gathered(node, port);
+        let made_there = |a: &&OutputRef| a.node == from.node;
+        let position = |of: &[OutputRef]| of.iter().position(|a| made_there(&a));
+        Ok(Some(Via {
+            rows,
+            axes: maker.axes.clone(),
+            relations,
+            gathered_at: position(&gathered).unwrap_or(0),
+            element_at: position(&node.axes).or((node.axes.len() == 1).then_some(0)),
+        }))
+    }
+
     fn producers(&self, n: usize) -> impl Iterator<Item = usize> {
         let inputs = self.plan.nodes[n].inputs.iter();
         inputs.flat_map(|input| [input.from, input.via]).flatten().map(|from| from.node.0 as usize)
@@ -290,4 +367,14 @@ impl Schedule<'_> {
 /// Whether the last bake's word on a node can stand for the index.
 fn believable(trace: &NodeTrace, state: &NodeState, mapped: bool) -> bool {
     trace.key == state.key && trace.mapped == mapped && trace.variant == Digest::default()
+}
+
+/// Stored bytes that reach a task through each port.
+pub(super) fn sizes(taken: &[Taken]) -> Vec<u64> {
+    let size = |t: &Taken| match t {
+        Taken::Absent => 0,
+        Taken::One(v) => v.size,
+        Taken::Many(list) => list.iter().map(|(_, v)| v.size).sum(),
+    };
+    taken.iter().map(size).collect()
 }

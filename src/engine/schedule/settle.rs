@@ -1,6 +1,6 @@
 //! Settling: what an answer means for its run, its node, and those who wait.
 
-use super::{Broken, Cause, Forecast, NodeState, RunId, Schedule, State, Waiter, supply::tables, task};
+use super::{Broken, Cause, Forecast, NodeState, RunId, Schedule, State, Waiter, read::tables, task};
 use crate::engine::{
     bake::Failure,
     error::EngineError,

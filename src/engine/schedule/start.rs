@@ -1,6 +1,6 @@
 //! Starting runs: a slot, memory, the key's lock, one more look at the index, the inputs' bytes, and off.
 
-use super::{Cause, Run, RunId, Schedule, State, Waiter, supply::sizes, task};
+use super::{Cause, Run, RunId, Schedule, State, Waiter, open::sizes, task};
 use crate::engine::{elements::Taken, error::EngineError, hash::Digest, plan::OutputRef, value::shown};
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
