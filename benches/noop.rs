@@ -2,6 +2,7 @@
 //! file. Run with `cargo bench --bench noop`; prints the median of several bakes in milliseconds.
 
 #[path = "../tests/engine/support.rs"]
+#[expect(dead_code, reason = "the tests use more kinds")]
 mod support;
 
 use farfield::{
@@ -25,11 +26,12 @@ fn graph(nodes: usize, changed: i64) -> Plan {
         let mut this = Vec::new();
         for i in 0..100 {
             let name = format!("n{layer}-{i}");
-            this.push(if layer == 0 {
-                b.node::<Constant>(&name, json!({ "value": i }), &[])
-            } else {
-                let plus = if layer + 5 == nodes / 100 && i == 0 { changed * 100_000 } else { 0 };
-                b.node::<Add>(&name, json!({ "plus": plus }), &[From::Node(above[i]), From::Absent])
+            this.push(match above.get(i) {
+                None => b.node::<Constant>(&name, json!({ "value": i }), &[]),
+                Some(from) => {
+                    let plus = if layer + 5 == nodes / 100 && i == 0 { changed * 100_000 } else { 0 };
+                    b.node::<Add>(&name, json!({ "plus": plus }), &[From::Node(*from), From::Absent])
+                }
             });
         }
         above = this;

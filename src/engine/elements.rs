@@ -190,7 +190,7 @@ impl Binding {
         }
         let lenient = lenient || self.inner;
         // One-axis sides that are the same list need no join: that is nearly every node.
-        let mut sides: Vec<(Vec<usize>, Vec<Arc<str>>, &str)> = Vec::new();
+        let mut sides: Vec<OwnedSide> = Vec::new();
         for (port, name) in self.ports.iter().zip(&self.names) {
             let (columns, names) = match port {
                 Port::One { feed, columns, .. } if !columns.is_empty() => {
@@ -359,6 +359,8 @@ impl Binding {
     }
 }
 
+/// Axes as the node numbers them, names on these axes, and the port that they come from.
+type OwnedSide<'a> = (Vec<usize>, Vec<Arc<str>>, &'a str);
 type Side<'a> = (&'a [usize], &'a [Arc<str>], &'a str);
 
 /// Tuples that agree on the axes that both sides have. A name that one side lacks is an error unless `lenient`, or

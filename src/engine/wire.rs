@@ -126,12 +126,12 @@ mod tests {
         }
 
         #[test]
-        fn a_flipped_bit_is_noticed(v in proptest::collection::vec(any::<u32>(), 0..20), at: usize, bit in 0..8) {
+        fn a_flipped_bit_is_noticed(v in proptest::collection::vec(any::<u32>(), 0..20), at: usize, bit in 0..8u32) {
             let mut w = Writer::default();
             w.list(&v, |w, v| w.u32(*v));
             let mut bytes = w.finish();
             let n = bytes.len();
-            bytes[at % n] ^= 1_u8 << bit;
+            bytes[at % n] ^= 1u8 << bit;
             prop_assert!(Reader::open(&bytes).is_none());
         }
     }

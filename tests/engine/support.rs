@@ -45,7 +45,6 @@ macro_rules! kinds {
                 type Out = $output;
                 fn memory(_: &Params, sizes: &[u64]) -> u64 { sizes.iter().sum() }
                 fn run(_p: &Params, i: $input, ctx: &Ctx) -> Result<$output, NodeError> {
-                    #[expect(clippy::redundant_closure_call, reason = "the body of a kind is an expression")]
                     ($run as fn(($(&$pty,)*), $input, &Ctx) -> Result<$output, NodeError>)(($(&_p.$param,)*), i, ctx)
                 }
             }
@@ -150,11 +149,11 @@ kinds! {
                 Ok(ctx.door.read(p)?.map(|b| String::from_utf8_lossy((*b).as_ref()).into_owned()))
             };
             if let Some(n) = path.0.strip_prefix("builtin:") {
-                return Ok(num(n.parse().unwrap()));
+                return Ok(num(n.parse().expect("a number")));
             }
-            let main = read(path.0.as_ref())?.unwrap();
+            let main = read(path.0.as_ref())?.expect("the root file");
             let extra = read("extra.txt".as_ref())?.unwrap_or_default();
-            Ok(num(main.trim().parse::<i64>().unwrap() + extra.trim().parse::<i64>().unwrap_or(0)))
+            Ok(num(main.trim().parse::<i64>().expect("a number") + extra.trim().parse::<i64>().unwrap_or(0)))
         };
     Print "print" () in One out Out => |_, i, _| Ok(file(format!("{}\n{}", i.value.0, "x".repeat(i.value.1))));
     Certify "certify" () in One out Out => |_, i, _| Ok(file(format!("{{\"error\":{{\"max\":{}}}}}", i.value.0)));
@@ -222,7 +221,7 @@ impl Builder {
             }
             self.axes.insert(out, of);
         }
-        let params = kind.normalise(&params).unwrap();
+        let params = kind.normalise(&params).expect("parameters");
         self.nodes.push(PlanNode { name: name.into(), kind, params, inputs: plan_inputs, axes, join_inner: false });
         id
     }

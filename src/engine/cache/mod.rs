@@ -59,9 +59,13 @@ pub struct NewValue {
 /// Fields of a key's fixed part, as text.
 pub type Fields = Vec<(String, String)>;
 
+/// The bytes of a value that lies in the index.
+type Inline = Option<Arc<Vec<u8>>>;
+
 #[derive(Default)]
 struct Pending {
-    values: BTreeMap<Digest, (u64, Option<Arc<Vec<u8>>>)>,
+    /// Size, and bytes where they are few.
+    values: BTreeMap<Digest, (u64, Inline)>,
     runs: BTreeMap<Digest, Vec<(Digest, Arc<RunRecord>)>>,
     maps: Vec<(Digest, Vec<u8>)>,
     fixed: BTreeMap<Digest, Fields>,

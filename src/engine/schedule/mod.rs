@@ -94,6 +94,8 @@ pub(super) struct RunId {
     run: usize,
 }
 
+type Answer = (RunId, Done);
+
 /// Who goes on when a lost value is there again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Waiter {
@@ -203,7 +205,7 @@ pub struct Schedule<'a> {
     running: usize,
     held: Held,
     pool: &'a rayon::ThreadPool,
-    answers: (mpsc::Sender<(RunId, Done)>, mpsc::Receiver<(RunId, Done)>),
+    answers: (mpsc::Sender<Answer>, mpsc::Receiver<Answer>),
     /// Values set aside, and how often.
     lost: BTreeMap<Digest, u32>,
     /// Slots of the profile's rows in use.

@@ -1,0 +1,143 @@
+//! What a cache survives: damage, sweeps, other processes.
+
+use super::{Bench, counts, ok, ran, squares, support::*, tree};
+use farfield::{
+    engine::{bake::bake, cache, events::Silent},
+    math::Stop,
+};
+use serde_json::json;
+use std::fs;
+
+#[test]
+fn a_bad_value_is_set_aside_and_made_again() {
+    let t = Bench::new();
+    let values: Vec<i64> = (1..6).collect();
+    // Large values: files. A changed consumer must read them.
+    ok(&t.bake(&squares(&values, 100_000)));
+    let before = tree(&t.path("out"));
+    let mut spoilt = 0;
+    for (name, bytes) in tree(&t.path("cache/values")) {
+        if bytes.len() > 90_000 && spoilt < 2 {
+            let path = t.path("cache/values").join(name);
+            fs::remove_file(&path).unwrap();
+            if spoilt == 0 {
+                fs::write(&path, &bytes[1..]).unwrap();
+            }
+            spoilt += 1;
+        }
+    }
+    assert_eq!(spoilt, 2);
+    assert_eq!(ok(&t.bake(&squares(&values, 100_000))).runs(), 0, "nobody reads them");
+    let r = t.bake_with(&squares(&values, 100_000), |o| o.force = vec!["sum".into()]);
+    assert_eq!((counts(ok(&r))["square"], counts(&r)["sum"], r.warnings), ((3, 2), (0, 1), 2));
+    assert_eq!(tree(&t.path("out")), before);
+    assert!(cache::verify(&t.path("cache"), &Stop::default()).unwrap().is_clean());
+}
+
+#[test]
+fn verify_finds_what_is_spoilt() {
+    let t = Bench::new();
+    let plan = squares(&[1, 2, 3], 100_000);
+    t.bake(&plan);
+    let clean = cache::verify(&t.path("cache"), &Stop::default()).unwrap();
+    assert!(clean.is_clean() && clean.values >= 8, "{clean:?}");
+    let (name, _) = tree(&t.path("cache/values")).into_iter().next().unwrap();
+    let path = t.path("cache/values").join(name);
+    fs::remove_file(&path).unwrap();
+    fs::write(&path, "spoilt").unwrap();
+    let found = cache::verify(&t.path("cache"), &Stop::default()).unwrap();
+    assert_eq!(found.bad.len(), 1, "{found:?}");
+    assert!(cache::verify(&t.path("cache"), &Stop::default()).unwrap().is_clean());
+    fs::remove_dir_all(t.path("out")).unwrap();
+    ok(&t.bake(&plan));
+}
+
+#[test]
+fn published_values_that_are_lost_are_made_again() {
+    let t = Bench::new();
+    let mut b = Builder::default();
+    let c = b.node::<Constant>("c", json!({ "value": 3, "pad": 50_000 }), &[]);
+    let print = b.node::<Print>("print", json!({}), &[From::Node(c)]);
+    b.file("out.txt", print);
+    let plan = b.plan();
+    t.bake(&plan);
+    let before = tree(&t.path("out"));
+    fs::remove_dir_all(t.path("cache/values")).unwrap();
+    fs::remove_dir_all(t.path("out")).unwrap();
+    let r = t.bake(&plan);
+    assert_eq!(ok(&r).runs(), 2, "print's input is lost too");
+    assert_eq!(tree(&t.path("out")), before);
+}
+
+#[test]
+fn a_damaged_index_is_set_aside() {
+    let t = Bench::new();
+    let plan = squares(&(0..200).collect::<Vec<_>>(), 0);
+    t.bake(&plan);
+    let before = tree(&t.path("out"));
+    let index = t.path("cache/index-1.sqlite");
+    let good = fs::read(&index).unwrap();
+    for (from, to) in [(0, 100), (100, 4096), (4096, good.len()), (good.len() / 2, good.len() / 2 + 3000)] {
+        let mut bad = good.clone();
+        bad[from..to].fill(0x5a);
+        fs::write(&index, bad).unwrap();
+        ok(&t.bake(&plan));
+        assert_eq!(tree(&t.path("out")), before, "{from}..{to}");
+    }
+    fs::write(&index, &good[..good.len() / 2]).unwrap();
+    ok(&t.bake(&squares(&(1..200).collect::<Vec<_>>(), 0)));
+    ok(&t.bake(&plan));
+    assert_eq!(tree(&t.path("out")), before);
+}
+
+#[test]
+fn an_unusable_cache_is_a_clear_error() {
+    let t = Bench::new();
+    fs::write(t.path("cache"), "a file").unwrap();
+    let e = bake(&squares(&[1], 0), &t.options(), &Stop::default(), &Silent).unwrap_err();
+    assert!(e.exit_code() == 1 && e.to_string().contains("--cache"), "{e}");
+    assert!(!t.path("out").exists());
+}
+
+#[test]
+fn gc_keeps_what_records_lead_to() {
+    let t = Bench::new();
+    let (old, new) = (squares(&[1, 2, 3], 50_000), squares(&[1, 2, 4], 50_000));
+    t.bake(&old);
+    let all = cache::Limits { max_bytes: Some(0), max_age: None };
+    assert_eq!(cache::gc(&t.path("cache"), &all).unwrap().runs, 0);
+    // Twenty further records push the first out.
+    for i in 0..20 {
+        t.bake(&squares(&[1, 2, 4, 100 + i], 50_000));
+    }
+    t.bake(&new);
+    let removed = cache::gc(&t.path("cache"), &all).unwrap();
+    assert!(removed.runs > 0 && removed.values > 0 && removed.bytes > 40_000, "{removed:?}");
+    assert_eq!(ok(&t.bake(&new)).runs(), 0);
+    assert!(cache::verify(&t.path("cache"), &Stop::default()).unwrap().is_clean());
+    let r = t.bake(&old);
+    assert!(ran(ok(&r)).contains(&"square"), "{:?}", counts(&r));
+    let stats = cache::stats(&t.path("cache")).unwrap();
+    assert!(stats.bakes == 20 && stats.values > 10 && stats.runs > 10, "{stats:?}");
+}
+
+#[test]
+fn two_bakes_of_one_cache_share_the_work() {
+    let t = Bench::new();
+    let mut b = Builder::default();
+    let names: Vec<String> = (0..10).map(|i| format!("n{i}")).collect();
+    let list = b.node::<MakeList>("list", json!({ "names": names, "values": (0..10).collect::<Vec<_>>() }), &[]);
+    let slow = b.node::<Slow>("slow", json!({ "ms": 20 }), &[From::Node(list)]);
+    let sum = b.node::<Sum>("sum", json!({}), &[From::Node(slow)]);
+    let print = b.node::<Print>("print", json!({}), &[From::Node(sum)]);
+    b.file("sum.txt", print);
+    let plan = b.plan();
+    let (a, c) = std::thread::scope(|s| {
+        let a = s.spawn(|| t.bake(&plan));
+        let c = s.spawn(|| t.bake(&plan));
+        (a.join().unwrap(), c.join().unwrap())
+    });
+    // Locks are advisory: nearly all of the work is shared.
+    assert!(ok(&a).runs() + ok(&c).runs() <= 16, "{} + {}", a.runs(), c.runs());
+    assert_eq!(t.file("sum.txt"), "45\n");
+}
