@@ -131,7 +131,7 @@ mod tests {
             w.list(&v, |w, v| w.u32(*v));
             let mut bytes = w.finish();
             let n = bytes.len();
-            bytes[at % n] ^= 1 << bit;
+            bytes[at % n] ^= 1u8 << bit;
             prop_assert!(Reader::open(&bytes).is_none());
         }
     }

@@ -179,7 +179,13 @@ fn any_number_of_samples() {
 fn lit_surfaces_know_the_sun() {
     let light = Light::default();
     assert!((light.to_sun.length() - 1.0).abs() < 1e-6);
-    let surface = |normal, unlit| Surface { position: glam::DVec3::ZERO, color: [0.5, 0.5, 0.5, 1.0], normal, emissive: [0.1, 0.0, 0.0], unlit };
+    let surface = |normal, unlit| Surface {
+        position: glam::DVec3::ZERO,
+        color: [0.5, 0.5, 0.5, 1.0],
+        normal,
+        emissive: [0.1, 0.0, 0.0],
+        unlit,
+    };
     let lit = Shading::Lit(light);
     let (sunny, shady) = (surface(light.to_sun, false).seen(&lit), surface(-light.to_sun, false).seen(&lit));
     assert!(sunny[1] > 3.0 * shady[1] && shady[1] > 0.0);
