@@ -28,7 +28,8 @@ fn torus(rings: u32, sides: u32) -> Scene {
             }
         }
     }
-    let texel = |i: u32| if (i / 16 + i / 512 / 16).is_multiple_of(2) { [200, 180, 90, 255] } else { [40, 60, 120, 255] };
+    let texel =
+        |i: u32| if (i / 16 + i / 512 / 16).is_multiple_of(2) { [200, 180, 90, 255] } else { [40, 60, 120, 255] };
     let texels = (0..512 * 512).map(texel).collect();
     let texture = Texture {
         image: Arc::new(Image { name: "chequers".to_owned(), width: 512, height: 512, texels }),
