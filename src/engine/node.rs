@@ -1,6 +1,6 @@
 //! Node kinds: the typed trait that a kind implements, and the object-safe form in which the engine holds it.
 //!
-//! Adding a kind means one type with [`Node`] and one line in `nodes/mod.rs`. Ports are declared with [`ports!`], which
+//! Adding a kind means one type with [`Node`] and one line in `nodes/mod.rs`. Ports are declared with [`ports!`](crate::ports), which
 //! keeps their doc comments as data; a kind's own documentation is the doc comment of its `Params`.
 
 use super::artifact::{self, Artifact, DecodeError};
@@ -67,7 +67,7 @@ pub enum Slot {
     Many(Vec<(String, Data)>),
 }
 
-/// The type of a field in a [`ports!`] struct: `Arc<A>`, `Option<Arc<A>>` (inputs only) or `List<A>`.
+/// The type of a field in a [`ports!`](crate::ports) struct: `Arc<A>`, `Option<Arc<A>>` (inputs only) or `List<A>`.
 pub trait Port: Sized {
     const ARITY: Arity;
     fn type_info() -> TypeInfo;
@@ -127,7 +127,7 @@ impl<A: Artifact, const EMPTY: bool> Port for List<A, EMPTY> {
     }
 }
 
-/// A struct of ports; implemented by [`ports!`].
+/// A struct of ports; implemented by [`ports!`](crate::ports).
 pub trait Ports: Sized {
     fn specs() -> Vec<PortSpec>;
     /// One slot per port, in the order of `specs`.
