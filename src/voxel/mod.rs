@@ -89,7 +89,8 @@ pub struct Voxel {
     pub x: u16,
     pub y: u16,
     pub layer: u16,
-    pub reserved: u16,
+    /// 0: visible. Otherwise hidden, and part of the skirt: so many steps from the next visible voxel.
+    pub ring: u16,
     /// sRGB colour, alpha 255.
     pub color: [u8; 4],
     /// Unit normal in world space, octahedral, scaled to ±32767; (0, 0, 1) where unknown.

@@ -68,8 +68,8 @@ impl Field {
         if let Some(i) = (1..self.voxels.len()).find(|i| key(i - 1) >= key(*i)) {
             return Err(("voxels", format!("voxel {i} is not in the order layer, y, x")));
         }
-        if let Some(v) = self.voxels.iter().find(|v| v.object as usize >= self.objects.len() || v.reserved != 0) {
-            return Err(("voxels", format!("object {} of {}, reserved {}", v.object, self.objects.len(), v.reserved)));
+        if let Some(v) = self.voxels.iter().find(|v| v.object as usize >= self.objects.len()) {
+            return Err(("voxels", format!("object {} of {}", v.object, self.objects.len())));
         }
         if self.objects.windows(2).any(|w| w[0] >= w[1]) {
             return Err(("objects", "names are not sorted or not unique".into()));

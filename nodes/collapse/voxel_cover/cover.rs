@@ -1,8 +1,12 @@
 //! Which faces cover which voxels, and whether others could take their place.
 //!
-//! What always holds: a face's list names only voxels whose enlarged box it touches, and every voxel stands in a list.
+//! What always holds: a face's list names only voxels whose enlarged box it touches, and every visible voxel stands in a list.
+//! Hidden voxels, those of the skirt, may be uncovered; as long as a face names them, boundary edges may run through their boxes.
 
-use crate::voxel::touch::{Point, Toucher, cover_unit, interval};
+use crate::voxel::{
+    Voxel,
+    touch::{self, Point, Toucher, cover_unit, interval},
+};
 
 /// Most faces that one replacement may make; masks are one word.
 pub const MOST_FACES: usize = 64;
@@ -10,6 +14,8 @@ pub const MOST_FACES: usize = 64;
 pub struct Cover {
     /// Voxel centres, quarter units.
     centres: Vec<Point>,
+    /// Whether each may not be uncovered.
+    visible: Vec<bool>,
     /// Half side of the enlarged boxes, quarter units.
     half: f64,
     /// Per face: where its list begins in `arena` and how long it is.
@@ -26,15 +32,16 @@ pub struct Cover {
 }
 
 impl Cover {
-    pub fn new(centres: Vec<Point>, half: f64, starts: &[u32], arena: Vec<u32>) -> Self {
-        let mut count = vec![0; centres.len()];
+    pub fn new(voxels: &[Voxel], half: f64, starts: &[u32], arena: Vec<u32>) -> Self {
+        let mut count = vec![0; voxels.len()];
         for v in &arena {
             count[*v as usize] += 1;
         }
         let lists = starts.windows(2).map(|w| (w[0], w[1] - w[0])).collect();
-        let within = vec![0; centres.len()];
+        let within = vec![0; voxels.len()];
         Self {
-            centres,
+            centres: voxels.iter().map(touch::centre).collect(),
+            visible: voxels.iter().map(|v| v.ring == 0).collect(),
             half,
             lists,
             arena,
@@ -147,7 +154,7 @@ impl Cover {
         self.lists[slot as usize] = (start as u32, (self.arena.len() - start) as u32);
     }
 
-    /// Whether every collected voxel is touched by one of the new faces, or by a face that stays (figure 12).
+    /// Whether every visible one of the collected voxels is touched by one of the new faces, or by a face that stays (figure 12).
     pub fn keeps(&mut self, new: &[[Point; 3]]) -> bool {
         self.touchers.clear();
         self.touchers.extend(new.iter().map(|t| Toucher::new(*t, self.half)));
@@ -159,7 +166,7 @@ impl Cover {
             for (i, t) in self.touchers.iter().enumerate() {
                 mask |= u64::from(t.touches(c)) << i;
             }
-            if mask == 0 && self.count[v as usize] == self.within[v as usize] {
+            if mask == 0 && self.visible[v as usize] && self.count[v as usize] == self.within[v as usize] {
                 // The next attempt with the same voxels will likely fail here too.
                 self.voxels.swap(0, i);
                 return false;
@@ -169,9 +176,9 @@ impl Cover {
         true
     }
 
-    /// Those of the collected voxels that no face but the old ones covers.
+    /// The visible ones of the collected voxels that no face but the old ones covers.
     pub fn needed(&self) -> Vec<u32> {
-        let only_here = |v: &u32| self.count[*v as usize] == self.within[*v as usize];
+        let only_here = |v: &u32| self.visible[*v as usize] && self.count[*v as usize] == self.within[*v as usize];
         self.voxels.iter().copied().filter(only_here).collect()
     }
 

@@ -1,7 +1,8 @@
 //! Dropping parts of a mesh that lie within the tolerance of its other parts.
 //!
-//! Where occlusion or a ragged edge cuts voxels off, single triangles remain beside the surface that they belong to. A part
-//! (faces that hang together) goes if faces of other parts touch the enlarged boxes of all its voxels: these are then covered by those.
+//! Where occlusion or a ragged edge cuts voxels off, single triangles remain beside the surface that they belong to, and where a
+//! skirt is simplified, pieces of it come off. A part (faces that hang together) goes if faces of other parts touch the
+//! enlarged boxes of all its visible voxels: these are then covered by those.
 
 use super::contract::Surface;
 use crate::{
@@ -13,7 +14,7 @@ use crate::{
 const MOST: usize = 256;
 
 impl Surface {
-    /// Drops parts of a fresh mesh over `voxels`; returns how many went.
+    /// Drops parts of a mesh over `voxels`; returns how many went.
     pub fn drop_parts(&mut self, voxels: &[Voxel], stop: &Stop) -> Result<usize, Stopped> {
         let parts = self.parts();
         if parts.count < 2 {
@@ -52,7 +53,7 @@ impl Surface {
                 let other = near.filter(|f| parts.of_face[**f as usize] != part as u32 && self.topology.is_live(**f));
                 let touching: Vec<u32> = other.copied().filter(|f| self.cover.touches(self.triangle(*f), *v)).collect();
                 gains.extend(touching.iter().map(|f| (*f, *v)));
-                !touching.is_empty()
+                !touching.is_empty() || voxels[*v as usize].ring > 0
             });
             if covered {
                 gains.sort_unstable();

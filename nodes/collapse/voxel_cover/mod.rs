@@ -1,6 +1,6 @@
 //! Policy `voxel-cover`: contract edges as long as every voxel stays covered (Jeschke and Wimmer 2002, section 6).
 //!
-//! Shortest edge first in the uniform grid. What holds for the result: every voxel of the mesh is touched by a face that
+//! Shortest edge first in the uniform grid. What holds for the result: every visible voxel of the mesh is touched by a face that
 //! names it, within its box enlarged by `factor`; every boundary edge lies inside such boxes; no face turns its back to
 //! the whole cell; an edge has at most two faces; locked vertices stay where they are; vertices lie on the mesh's own lattice
 //! (quarter pixels and layers) within the box around it.
@@ -36,12 +36,7 @@ use topology::{Topology, next, prev};
 pub fn simplify(mesh: &VoxelMesh, factor: f64, stop: &Stop) -> Result<VoxelMesh, Stopped> {
     let mut surface = Surface {
         topology: Topology::new(mesh.vertices.len(), &mesh.faces),
-        cover: Cover::new(
-            mesh.voxels.iter().map(touch::centre).collect(),
-            2.0 * factor,
-            &mesh.cover_start,
-            mesh.cover.to_vec(),
-        ),
+        cover: Cover::new(&mesh.voxels, 2.0 * factor, &mesh.cover_start, mesh.cover.to_vec()),
         points: mesh.vertices.iter().map(|v| touch::point(*v)).collect(),
         locked: mesh.flags.iter().map(|f| f & 1 == 1).collect(),
         changed: vec![1; mesh.vertices.len()],
@@ -61,6 +56,7 @@ pub fn simplify(mesh: &VoxelMesh, factor: f64, stop: &Stop) -> Result<VoxelMesh,
             }
         }
         let since = std::mem::replace(&mut merged, surface.clock);
+        surface.drop_parts(&mesh.voxels, stop)?;
         surface.close_holes(&all, stop)?;
         sweep(&mut surface, &all, since, stop)?;
         merges(&mut surface, since, stop)?;

@@ -36,8 +36,10 @@ pub struct Band {
     /// How many of them have become active, and those that are still so.
     begun: usize,
     active: Vec<u32>,
-    /// Masks of the current batch: layer by layer, row by row; filled pixels, later the visible ones.
+    /// Masks of the current batch: layer by layer, row by row; filled pixels, later those to keep.
     pub masks: Vec<u64>,
+    /// Those of the pixels to keep that are hidden.
+    pub hidden: Vec<u64>,
 }
 
 /// Where a visit finds surface.
@@ -60,6 +62,7 @@ impl Band {
                 begun: 0,
                 active: Vec::new(),
                 masks: Vec::new(),
+                hidden: Vec::new(),
             })
             .collect();
         let mut order: Vec<u32> = (0..items.len() as u32).collect();
@@ -98,6 +101,7 @@ impl Band {
             let row = (usize::from(layer - batch.start) * height + (y - top) as usize) * words;
             mask::set_range(&mut masks[row..row + words], x0 as u32, x1 as u32);
         })?;
+        self.hidden.resize(masks.len(), 0);
         self.masks = masks;
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! Which voxels can never be seen (Jeschke and Wimmer 2002, section 4.2).
 //!
 //! H_0 is empty, H_{k+1} = erode3×3(S_k ∪ H_k), and the voxels S_k \ H_k are visible. H is dense, over empty pixels too.
+//! Hidden voxels near visible pixels, S_k ∩ H_k \ erode3×3^skirt(H_k), are kept too: see [`super::skirt`].
 //! Outside an image everything is empty, except across a shared edge of two cube faces: there the other face's pixels
 //! count. At a corner of the cube the missing diagonal neighbour counts as set where both its neighbours are.
 
@@ -11,6 +12,7 @@ use rayon::prelude::*;
 /// H and a place for S ∪ H, for every frustum.
 pub struct Hidden {
     images: Vec<Image>,
+    skirt: u32,
 }
 
 struct Image {
@@ -18,30 +20,39 @@ struct Image {
     across: [Option<Across>; 4],
     hidden: Vec<u64>,
     union: Vec<u64>,
+    /// H eroded `skirt` times.
+    deep: Vec<u64>,
+}
+
+/// Rows of a band in one layer, without apron: S_k, of which the voxels to keep are left, and room for the hidden ones among them.
+pub struct Rows<'a> {
+    pub filled: &'a mut [u64],
+    pub hidden: &'a mut [u64],
 }
 
 /// Rows that one task works on.
 pub const BAND: usize = 32;
 
 impl Hidden {
-    pub fn new(frusta: &[Frustum]) -> Self {
+    pub fn new(frusta: &[Frustum], skirt: u32) -> Self {
         let image = |f: &Frustum| {
             let shape = Shape::new(f.size[0], f.size[1]);
-            Image { shape, across: f.across, hidden: shape.zeros(), union: shape.zeros() }
+            let zeros = || shape.zeros();
+            Image { shape, across: f.across, hidden: zeros(), union: zeros(), deep: zeros() }
         };
-        Self { images: frusta.iter().map(image).collect() }
+        Self { images: frusta.iter().map(image).collect(), skirt }
     }
 
-    /// Takes S_k out of `bands[frustum][band]` (rows of the band without apron, [`BAND`] rows each) and leaves the
-    /// visible pixels there; H_k becomes H_{k+1}.
-    pub fn step(&mut self, bands: &mut [Vec<&mut [u64]>]) {
+    /// Takes S_k out of `bands[frustum][band]` ([`BAND`] rows each) and leaves the pixels to keep there; H_k becomes H_{k+1}.
+    pub fn step(&mut self, bands: &mut [Vec<Rows>]) {
         for (image, bands) in self.images.iter_mut().zip(bands) {
+            image.deepen(self.skirt);
             image.unite(bands);
         }
         let aprons: Vec<_> = (0..self.images.len()).map(|i| self.apron(i)).collect();
         for (image, lines) in self.images.iter_mut().zip(aprons) {
             image.set_apron(&lines);
-            image.erode();
+            erode(image.shape, &image.union, &mut image.hidden);
         }
     }
 
@@ -59,15 +70,26 @@ impl Hidden {
 }
 
 impl Image {
-    fn unite(&mut self, bands: &mut [&mut [u64]]) {
+    /// Sets `deep`; `union` is scratch.
+    fn deepen(&mut self, skirt: u32) {
+        self.deep.copy_from_slice(&self.hidden);
+        for _ in 0..skirt {
+            self.union.copy_from_slice(&self.deep);
+            erode(self.shape, &self.union, &mut self.deep);
+        }
+    }
+
+    fn unite(&mut self, bands: &mut [Rows]) {
         let n = self.shape.words;
         let rows = n..n * (self.shape.height as usize + 1);
         let union = self.union[rows.clone()].par_chunks_mut(n * BAND);
-        let hidden = self.hidden[rows].par_chunks(n * BAND);
-        union.zip(hidden).zip(bands.par_iter_mut()).for_each(|((union, hidden), filled)| {
-            for ((u, h), s) in union.iter_mut().zip(hidden).zip(filled.iter_mut()) {
-                *u = *s | h;
-                *s &= !h;
+        let known = self.hidden[rows.clone()].par_chunks(n * BAND).zip(self.deep[rows].par_chunks(n * BAND));
+        union.zip(known).zip(bands.par_iter_mut()).for_each(|((union, (hidden, deep)), rows)| {
+            for (i, u) in union.iter_mut().enumerate() {
+                let s = &mut rows.filled[i];
+                *u = *s | hidden[i];
+                *s &= !deep[i];
+                rows.hidden[i] = *s & hidden[i];
             }
         });
     }
@@ -118,18 +140,18 @@ impl Image {
             }
         }
     }
+}
 
-    fn erode(&mut self) {
-        let (n, width) = (self.shape.words, self.shape.width);
-        let union = &self.union;
-        let rows = n..n * (self.shape.height as usize + 1);
-        self.hidden[rows].par_chunks_mut(n * BAND).enumerate().for_each(|(band, out)| {
-            for (i, out) in out.chunks_mut(n).enumerate() {
-                let at = (band * BAND + i) * n;
-                let (above, rest) = union[at..at + 3 * n].split_at(n);
-                let (row, below) = rest.split_at(n);
-                mask::erode_row(above, row, below, width, out);
-            }
-        });
-    }
+/// The rows of `from` (apron included) eroded by 3×3.
+fn erode(shape: Shape, from: &[u64], into: &mut [u64]) {
+    let (n, width) = (shape.words, shape.width);
+    let rows = n..n * (shape.height as usize + 1);
+    into[rows].par_chunks_mut(n * BAND).enumerate().for_each(|(band, out)| {
+        for (i, out) in out.chunks_mut(n).enumerate() {
+            let at = (band * BAND + i) * n;
+            let (above, rest) = from[at..at + 3 * n].split_at(n);
+            let (row, below) = rest.split_at(n);
+            mask::erode_row(above, row, below, width, out);
+        }
+    });
 }

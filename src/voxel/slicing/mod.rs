@@ -14,6 +14,7 @@ pub mod hidden;
 pub mod mask;
 mod paint;
 mod prepare;
+mod skirt;
 pub mod spans;
 
 #[cfg(test)]
@@ -26,7 +27,7 @@ use crate::{
     scene::Scene,
 };
 use band::{Band, Job};
-use hidden::Hidden;
+use hidden::{Hidden, Rows};
 pub use prepare::Soup;
 use prepare::{Prepared, Screen};
 use rayon::prelude::*;
@@ -44,6 +45,7 @@ pub fn slice(
     soup: &Soup,
     slices: &Slices,
     samples: u32,
+    skirt: u32,
     stop: &Stop,
 ) -> Result<Vec<Field>, Stopped> {
     let shader = Shader::new(geometry);
@@ -69,7 +71,7 @@ pub fn slice(
 
     let layer_bytes: usize = bands.iter().map(|b| b.height() * jobs[b.frustum].words * 8).sum();
     let batch = (BATCH_BYTES / layer_bytes.max(1)).clamp(1, 64);
-    let mut hidden = Hidden::new(&slices.frusta);
+    let mut hidden = Hidden::new(&slices.frusta, skirt);
     let mut voxels: Vec<Vec<Voxel>> = vec![Vec::new(); slices.frusta.len()];
     for start in (0..slices.layers.len()).step_by(batch) {
         let end = (start + batch).min(slices.layers.len());
@@ -90,10 +92,16 @@ pub fn slice(
             }
         }
     }
-    Ok(voxels.into_iter().enumerate().map(|(i, v)| field(scene, i as u32, v)).collect())
+    let mut fields = Vec::with_capacity(voxels.len());
+    for (i, mut voxels) in voxels.into_iter().enumerate() {
+        stop.check()?;
+        skirt::keep_reached(&mut voxels, slices.frusta[i].size, skirt);
+        fields.push(field(scene, i as u32, voxels));
+    }
+    Ok(fields)
 }
 
-/// Leaves the visible pixels in the bands' masks, layer after layer.
+/// Leaves the pixels to keep in the bands' masks, layer after layer.
 fn remove_hidden(
     hidden: &mut Hidden,
     bands: &mut [Band],
@@ -101,18 +109,19 @@ fn remove_hidden(
     layers: usize,
     stop: &Stop,
 ) -> Result<(), Stopped> {
-    let mut rest: Vec<(usize, usize, &mut [u64])> = Vec::with_capacity(bands.len());
+    let mut rest: Vec<(usize, usize, Rows)> = Vec::with_capacity(bands.len());
     for band in bands {
         let size = band.height() * jobs[band.frustum].words;
-        rest.push((band.frustum, size, &mut band.masks[..]));
+        rest.push((band.frustum, size, Rows { filled: &mut band.masks, hidden: &mut band.hidden }));
     }
     for _ in 0..layers {
         stop.check()?;
-        let mut current: Vec<Vec<&mut [u64]>> = jobs.iter().map(|_| Vec::new()).collect();
-        for (frustum, size, masks) in &mut rest {
-            let (head, tail) = std::mem::take(masks).split_at_mut(*size);
-            current[*frustum].push(head);
-            *masks = tail;
+        let mut current: Vec<Vec<Rows>> = jobs.iter().map(|_| Vec::new()).collect();
+        for (frustum, size, rows) in &mut rest {
+            let (filled, more) = std::mem::take(&mut rows.filled).split_at_mut(*size);
+            let (hidden, room) = std::mem::take(&mut rows.hidden).split_at_mut(*size);
+            current[*frustum].push(Rows { filled, hidden });
+            *rows = Rows { filled: more, hidden: room };
         }
         hidden.step(&mut current);
     }

@@ -2,7 +2,7 @@
 
 use super::{
     band::{Band, Found, Job},
-    mask,
+    mask, skirt,
 };
 use crate::{
     image::srgb,
@@ -94,7 +94,7 @@ pub fn paint(
                     x: x as u16,
                     y: y as u16,
                     layer,
-                    reserved: 0,
+                    ring: if slots.is_hidden(row_of(layer, y as i32), x) { skirt::UNREACHED } else { 0 },
                     color: mean.color(),
                     normal: octahedral(mean.normal),
                     object,
@@ -109,6 +109,7 @@ pub fn paint(
 /// Numbers of the visible voxels of a band.
 struct Slots<'a> {
     masks: &'a [u64],
+    hidden: &'a [u64],
     words: usize,
     /// Voxels before each word.
     before: Vec<u32>,
@@ -124,7 +125,11 @@ impl<'a> Slots<'a> {
             here
         });
         let before = before.collect();
-        Self { masks: &band.masks, words: job.words, before, count: count as usize }
+        Self { masks: &band.masks, hidden: &band.hidden, words: job.words, before, count: count as usize }
+    }
+
+    fn is_hidden(&self, row: usize, x: u32) -> bool {
+        mask::get(&self.hidden[row * self.words..(row + 1) * self.words], x as i32)
     }
 
     /// Calls `f` with the visible pixels x0..=x1 of a row of the masks and their numbers.
