@@ -88,7 +88,7 @@ pub fn voxel(x: u32, y: u32, layer: u32) -> Voxel {
         x: x as u16,
         y: y as u16,
         layer: layer as u16,
-        reserved: 0,
+        ring: 0,
         color: [shade, shade / 2, 128, 255],
         normal: [0, 0],
         object: 0,

@@ -80,16 +80,8 @@ impl Surface {
         if done {
             self.cover.replace(s.star.iter().map(|c| c / 3), &s.slots);
             self.topology.contract(&s.star, b);
-            if let Link::Closes(x) | Link::Pinches(x) = s.link {
-                let copies = self.topology.mend(b, x);
-                for (original, copy) in [b, x].into_iter().zip(copies) {
-                    if copy.is_some() {
-                        self.points.push(self.points[original as usize]);
-                        self.locked.push(self.locked[original as usize]);
-                        self.changed.push(0);
-                    }
-                }
-                copies.into_iter().flatten().for_each(|copy| self.note(copy));
+            if let Link::Closes(x) = s.link {
+                self.topology.close(b, x);
                 self.note(x);
             }
             self.note(b);
@@ -155,8 +147,8 @@ impl Surface {
     /// Whether `a` can move onto `b` so that what is left is a manifold.
     ///
     /// Plainly it can where the ends of the edge share no neighbours but those in the faces that vanish (the link condition).
-    /// With one more shared neighbour x the contraction closes a triangular hole or pinches a handle: [`Topology::mend`]
-    /// resolves both, provided that every fan that closes keeps three faces.
+    /// With one more shared neighbour x the contraction closes a triangular hole, which [`Topology::close`] completes, or would
+    /// pinch a handle. Handles stay: where they came apart, their two sides moved away from each other, and cracks opened.
     pub fn links(&self, a: u32, b: u32, vanish: usize, s: &mut Scratch) -> Link {
         let topology = &self.topology;
         topology.star(b, &mut s.other);
@@ -199,7 +191,7 @@ impl Surface {
         let first = merged.iter().position(|v| *v == x);
         let last = merged.iter().rposition(|v| *v == x);
         let (Some(i), Some(j)) = (first, last) else { return Link::Forbidden };
-        let seam = apart(i, j, merged.len(), topology.is_boundary(b));
+        let closed = closes(i, j, merged.len(), topology.is_boundary(b));
         let mut star = Vec::new();
         let mut ring = Vec::new();
         topology.star(x, &mut star);
@@ -207,11 +199,11 @@ impl Surface {
         let first = ring.iter().position(|v| *v == a || *v == b);
         let last = ring.iter().rposition(|v| *v == a || *v == b);
         let (Some(i), Some(j)) = (first, last) else { return Link::Forbidden };
-        match (seam, apart(i, j, ring.len(), topology.is_boundary(x))) {
-            // An edge on a seam between frusta must stay on the boundary.
-            (Seam::Closes, Seam::Closes) if !(self.locked[b as usize] && self.locked[x as usize]) => Link::Closes(x),
-            (Seam::Splits, Seam::Splits) => Link::Pinches(x),
-            _ => Link::Forbidden,
+        // An edge on a seam between frusta must stay on the boundary.
+        let on_seam = self.locked[b as usize] && self.locked[x as usize];
+        match closed && closes(i, j, ring.len(), topology.is_boundary(x)) && !on_seam {
+            true => Link::Closes(x),
+            false => Link::Forbidden,
         }
     }
 }
@@ -224,25 +216,11 @@ pub enum Link {
     Plain,
     /// Closes the triangular hole between the edge and this vertex.
     Closes(u32),
-    /// Pinches the handle around the edge and this vertex.
-    Pinches(u32),
 }
 
-/// What becomes of a fan in whose ring the same neighbour stands at places i < j.
-#[derive(PartialEq, Eq)]
-enum Seam {
-    /// A fan would have fewer than three faces, or an edge three.
-    Bad,
-    Closes,
-    Splits,
-}
-
-fn apart(i: usize, j: usize, ring: usize, open: bool) -> Seam {
-    if open && (i == 0 || j == ring - 1) {
-        return if i == 0 && j == ring - 1 && ring > 3 { Seam::Closes } else { Seam::Bad };
-    }
-    let rest = ring - (j - i);
-    if j - i >= 3 && (open || rest >= 3) { Seam::Splits } else { Seam::Bad }
+/// Whether a fan becomes a ring of at least three faces where the same neighbour stands at places i < j of its ring.
+fn closes(i: usize, j: usize, ring: usize, open: bool) -> bool {
+    open && i == 0 && j == ring - 1 && ring > 3
 }
 
 /// How a face with this normal looks from the cell. Layers move by at most a pixel each against one another while the

@@ -122,6 +122,20 @@ proptest! {
     }
 
     #[test]
+    fn skirts_may_go_but_nothing_visible(
+        filled in prop::collection::vec(prop::bool::weighted(0.6), 8 * 8 * 4),
+        hidden in prop::collection::vec(prop::bool::weighted(0.4), 8 * 8 * 4),
+    ) {
+        let mut field = random_field(8, 4, 0, &filled);
+        let ring = |(v, hidden): (&crate::voxel::Voxel, &bool)| crate::voxel::Voxel { ring: u16::from(*hidden), ..*v };
+        field.voxels = field.voxels.iter().zip(&hidden).map(ring).collect();
+        for m in meshes(&fields::slices([8, 8], 4), &[&field]) {
+            // A mesh of which nothing is visible keeps a face all the same.
+            prop_assert!(!check(&m, 2.0).faces.is_empty());
+        }
+    }
+
+    #[test]
     fn seams_stay(
         filled in prop::collection::vec(prop::bool::weighted(0.7), 2 * 6 * 6 * 3),
     ) {
@@ -170,7 +184,7 @@ fn a_house_becomes_few_triangles() {
     house.house([8.0, 35.0], [5.0, 50.0], 2.0, 9.0, 0.03);
     let all = solid_meshes(&house);
     let count: usize = all.iter().map(|m| check(m, 2.0).faces.len()).sum();
-    assert!(count <= 20, "{count} triangles for a front, a roof and a side");
+    assert!(count <= 24, "{count} triangles for a front, a roof and a side");
 }
 
 #[test]

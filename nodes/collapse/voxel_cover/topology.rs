@@ -121,39 +121,17 @@ impl Topology {
         }
     }
 
-    /// Resolves two edges between the same vertices `b` and `x`, as a contraction leaves them where it closed a triangular
-    /// hole (both on the boundary: they become one) or pinched a handle (their faces change partners, so that the
-    /// handle comes apart). A vertex whose faces then make two fans is split; returns the copies of `b` and `x`.
-    pub fn mend(&mut self, b: u32, x: u32) -> [Option<u32>; 2] {
-        let (mut star_b, mut star_x) = (Vec::new(), Vec::new());
-        self.star(b, &mut star_b);
-        self.star(x, &mut star_x);
-        let leaving: Vec<u32> = star_b.iter().filter(|c| self.at(next(**c)) == x).map(|c| prev(*c)).collect();
-        let coming: Vec<u32> = star_b.iter().filter(|c| self.at(prev(**c)) == x).map(|c| next(*c)).collect();
-        let pairs: Vec<(u32, u32)> = leaving
-            .iter()
-            .filter_map(|l| coming.iter().find(|c| self.opposite[*l as usize] != **c).map(|c| (*l, *c)))
-            .collect();
-        for (l, c) in pairs {
+    /// Makes one of the two boundary edges between `b` and `x` that a contraction leaves where it closes a triangular hole.
+    pub fn close(&mut self, b: u32, x: u32) {
+        let mut star = Vec::new();
+        self.star(b, &mut star);
+        let leaving = star.iter().filter(|c| self.at(next(**c)) == x).map(|c| prev(*c));
+        let coming = star.iter().filter(|c| self.at(prev(**c)) == x).map(|c| next(*c));
+        let open = |c: &u32| self.opposite[*c as usize] == NONE;
+        if let (Some(l), Some(c)) = (leaving.clone().find(open), coming.clone().find(open)) {
             self.opposite[l as usize] = c;
             self.opposite[c as usize] = l;
         }
-        [self.split(b, &star_b), self.split(x, &star_x)]
-    }
-
-    /// Gives those of a vertex's former corners that its fan no longer reaches to a new vertex.
-    fn split(&mut self, v: u32, former: &[u32]) -> Option<u32> {
-        let mut fan = Vec::new();
-        self.star(v, &mut fan);
-        let mut apart = former.iter().filter(|c| !fan.contains(c)).copied().peekable();
-        let first = *apart.peek()?;
-        let copy = self.corner.len() as u32;
-        for c in apart {
-            self.vertex[c as usize] = copy;
-        }
-        self.corner.push(first);
-        self.rewind(copy);
-        Some(copy)
     }
 
     /// Moves the vertex's corner to the first of its fan.

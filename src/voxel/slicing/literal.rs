@@ -17,10 +17,13 @@ use crate::{
 };
 use glam::{DVec3, Mat4};
 use proptest::prelude::*;
-use std::{collections::BTreeMap, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
-/// What the literal field holds of a visible voxel, by (layer, y, x).
-type Literal = BTreeMap<(u16, u16, u16), ([u8; 3], String)>;
+/// What the literal field holds of a voxel, by (layer, y, x): colour, object, ring.
+type Literal = BTreeMap<(u16, u16, u16), ([u8; 3], String, u16)>;
 
 struct Face<'a> {
     slices: &'a Slices,
@@ -142,7 +145,7 @@ fn locate(slices: &Slices, i: usize, x: i64, y: i64) -> Option<(usize, usize)> {
     Some((k, (py.floor() as i64 * w + px.floor() as i64) as usize))
 }
 
-fn literal(scene: &Scene, geometry: &Geometry, slices: &Slices, n: u32) -> Vec<Literal> {
+fn literal(scene: &Scene, geometry: &Geometry, slices: &Slices, n: u32, skirt: u16) -> Vec<Literal> {
     let soup = Soup::new(geometry, slices.cell.centre);
     let shader = Shader::new(geometry);
     let face = |(index, f)| {
@@ -161,20 +164,28 @@ fn literal(scene: &Scene, geometry: &Geometry, slices: &Slices, n: u32) -> Vec<L
     };
     let faces: Vec<_> = slices.frusta.iter().enumerate().map(face).collect();
     let pixels = |f: &Face| f.screen.width * f.screen.height;
+    let look = |f: &Face, layer: u16, x: u32, y: u32, ring: u16| {
+        let (color, object) = f.color(&shader, layer, x, y);
+        (color, scene.objects[object as usize].name.clone(), ring)
+    };
     let mut hidden: Vec<Vec<bool>> = faces.iter().map(|f| vec![false; pixels(f) as usize]).collect();
     let mut out = vec![Literal::new(); faces.len()];
+    // Filled voxels that are hidden, but not far from what is not.
+    let mut candidates = vec![BTreeSet::new(); faces.len()];
     for layer in 0..slices.layers.len() as u16 {
         let filled: Vec<Vec<bool>> = faces
             .iter()
             .map(|f| (0..pixels(f)).map(|i| f.filled(layer, i % f.screen.width, i / f.screen.width)).collect())
             .collect();
         for (k, f) in faces.iter().enumerate() {
-            for i in 0..pixels(f) {
-                if filled[k][i as usize] && !hidden[k][i as usize] {
-                    let (x, y) = (i % f.screen.width, i / f.screen.width);
-                    let (color, object) = f.color(&shader, layer, x, y);
-                    let name = scene.objects[object as usize].name.clone();
-                    out[k].insert((layer, y as u16, x as u16), (color, name));
+            let (w, h, reach) = (f.screen.width as i64, f.screen.height as i64, i64::from(skirt));
+            let shown = |x: i64, y: i64| x < 0 || y < 0 || x >= w || y >= h || !hidden[k][(y * w + x) as usize];
+            for i in (0..pixels(f)).filter(|i| filled[k][*i as usize]) {
+                let (x, y) = (i64::from(i) % w, i64::from(i) / w);
+                if !hidden[k][i as usize] {
+                    out[k].insert((layer, y as u16, x as u16), look(f, layer, x as u32, y as u32, 0));
+                } else if (-reach..=reach).any(|dy| (-reach..=reach).any(|dx| shown(x + dx, y + dy))) {
+                    candidates[k].insert((layer, y as u16, x as u16));
                 }
             }
         }
@@ -195,12 +206,26 @@ fn literal(scene: &Scene, geometry: &Geometry, slices: &Slices, n: u32) -> Vec<L
         });
         hidden = next.collect();
     }
+    for ring in 1..=skirt {
+        for (k, f) in faces.iter().enumerate() {
+            let touches = |a: &(u16, u16, u16), b: &(u16, u16, u16)| {
+                a.0.abs_diff(b.0) <= 1 && a.1.abs_diff(b.1) <= 1 && a.2.abs_diff(b.2) <= 1
+            };
+            let last: Vec<_> = out[k].iter().filter(|(_, v)| v.2 == ring - 1).map(|(at, _)| *at).collect();
+            let reached: Vec<_> =
+                candidates[k].iter().filter(|c| last.iter().any(|l| touches(c, l))).copied().collect();
+            for at in reached {
+                candidates[k].remove(&at);
+                out[k].insert(at, look(f, at.0, at.2.into(), at.1.into(), ring));
+            }
+        }
+    }
     out
 }
 
 fn as_literal(fields: &[Field]) -> Vec<Literal> {
     let voxel = |f: &Field, v: &crate::voxel::Voxel| {
-        ((v.layer, v.y, v.x), ([v.color[0], v.color[1], v.color[2]], f.objects[v.object as usize].clone()))
+        ((v.layer, v.y, v.x), ([v.color[0], v.color[1], v.color[2]], f.objects[v.object as usize].clone(), v.ring))
     };
     fields.iter().map(|f| f.voxels.iter().map(|v| voxel(f, v)).collect()).collect()
 }
@@ -246,16 +271,16 @@ fn scene(triangles: &[([[f32; 3]; 3], [f32; 3], bool)]) -> Scene {
     Scene { objects: triangles.iter().enumerate().map(object).collect() }
 }
 
-fn check(scene: &Scene, cell: &Cell, lens: &Lens, n: u32) -> Option<Slices> {
+fn check(scene: &Scene, cell: &Cell, lens: &Lens, n: u32, skirt: u16) -> Option<Slices> {
     let geometry = Geometry::new(scene);
     let stop = Stop::default();
     let soup = Soup::new(&geometry, cell.centre);
     let slices = frame(cell, &soup.corners, lens, &stop).ok()?;
-    let fields = slice(scene, &geometry, &soup, &slices, n, &stop).unwrap();
+    let fields = slice(scene, &geometry, &soup, &slices, n, skirt.into(), &stop).unwrap();
     for f in &fields {
         assert_eq!(f.validate(), Ok(()));
     }
-    let (ours, expect) = (as_literal(&fields), literal(scene, &geometry, &slices, n));
+    let (ours, expect) = (as_literal(&fields), literal(scene, &geometry, &slices, n, skirt));
     for (k, (ours, expect)) in ours.iter().zip(&expect).enumerate() {
         for (key, value) in expect {
             assert_eq!(ours.get(key), Some(value), "frustum {k}, voxel {key:?}");
@@ -280,15 +305,15 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 12, max_shrink_iters: 40, ..ProptestConfig::default() })]
 
     #[test]
-    fn one_frustum_agrees_with_the_definition(scene in triangles([-2.0, -1.5, -8.0], [2.0, 1.5, -0.2], 10), log in 0..3u32) {
+    fn one_frustum_agrees_with_the_definition(scene in triangles([-2.0, -1.5, -8.0], [2.0, 1.5, -0.2], 10), log in 0..3u32, skirt in 0..4u16) {
         let lens = Lens { resolution: 8, fov: 0.8, max_layers: 100, max_side: 4000 };
-        check(&scene, &CELL, &lens, 1 << log);
+        check(&scene, &CELL, &lens, 1 << log, skirt);
     }
 
     #[test]
-    fn faces_of_a_cube_agree_with_the_definition(scene in triangles([-6.0, -6.0, -6.0], [6.0, 6.0, 6.0], 10)) {
+    fn faces_of_a_cube_agree_with_the_definition(scene in triangles([-6.0, -6.0, -6.0], [6.0, 6.0, 6.0], 10), skirt in 0..3u16) {
         let lens = Lens { resolution: 4, fov: 0.8, max_layers: 100, max_side: 4000 };
-        check(&scene, &CELL, &lens, 2);
+        check(&scene, &CELL, &lens, 2, skirt);
     }
 }
 
@@ -305,7 +330,7 @@ fn what_lies_edge_on_or_on_pixel_borders_agrees_too() {
     ];
     let cell = Cell { centre: DVec3::ZERO, half: DVec3::splat(0.5) };
     let lens = Lens { resolution: 28, fov: 0.8, max_layers: 100, max_side: 4000 };
-    let slices = check(&scene(&t.concat()), &cell, &lens, 2).unwrap();
+    let slices = check(&scene(&t.concat()), &cell, &lens, 2, 2).unwrap();
     assert_eq!(slices.frusta.len(), 1);
     assert!(slices.layers.len() > 3);
 }
@@ -325,9 +350,9 @@ fn threads_and_bytes() {
     let slices = frame(&CELL, &soup.corners, &lens, &stop).unwrap();
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| slice(&scene, &geometry, &soup, &slices, 2, &stop).unwrap())
+        pool.install(|| slice(&scene, &geometry, &soup, &slices, 2, 2, &stop).unwrap())
     };
     assert!(run(1) == run(3));
     stop.set();
-    assert!(slice(&scene, &geometry, &soup, &slices, 2, &stop).is_err());
+    assert!(slice(&scene, &geometry, &soup, &slices, 2, 2, &stop).is_err());
 }
