@@ -148,6 +148,7 @@ impl Schedule<'_> {
         if !lost.is_empty() {
             return self.wait_for(id, lost);
         }
+        let pool = self.pool.get().map_err(|e| EngineError::cache(self.cache.root(), format!("no threads: {e}")))?;
         let element = self.run_mut(id).name.clone();
         let spec = node.kind.spec();
         let state = &mut self.nodes[id.node];
@@ -172,7 +173,7 @@ impl Schedule<'_> {
             *lane = Some(id);
         }
         let answer = self.answers.0.clone();
-        self.pool.spawn(move || {
+        pool.spawn(move || {
             // Nobody listens only if the schedule itself has ended by a panic.
             let _ = answer.send((id, task::perform(task)));
         });
