@@ -6,7 +6,7 @@ use farfield::{
     math::Stop,
 };
 use serde_json::json;
-use std::fs;
+use std::{fs, time::Duration};
 
 #[test]
 fn a_bad_value_is_set_aside_and_made_again() {
@@ -31,6 +31,28 @@ fn a_bad_value_is_set_aside_and_made_again() {
     let r = t.bake_with(&squares(&values, 100_000), |o| o.force = vec!["sum".into()]);
     assert_eq!((counts(ok(&r))["square"], counts(&r)["sum"], r.warnings), ((3, 2), (0, 1), 2));
     assert_eq!(tree(&t.path("out")), before);
+    assert!(cache::verify(&t.path("cache"), &Stop::default()).unwrap().is_clean());
+}
+
+#[test]
+fn a_run_that_is_repeated_mends_all_its_values() {
+    let t = Bench::new();
+    let mut b = Builder::default();
+    let list = b.node::<Padded>("list", json!({ "count": 3, "pad": 50_000 }), &[]);
+    let sum = b.node::<Sum>("sum", json!({}), &[From::Node(list)]);
+    let print = b.node::<Print>("print", json!({}), &[From::Node(sum)]);
+    b.file("sum.txt", print);
+    let plan = b.plan();
+    ok(&t.bake(&plan));
+    // Of the same length, and not seen by who decodes it: only its hash tells.
+    for (name, mut bytes) in tree(&t.path("cache/values")) {
+        *bytes.last_mut().unwrap() ^= 1;
+        let path = t.path("cache/values").join(name);
+        fs::remove_file(&path).unwrap();
+        fs::write(&path, bytes).unwrap();
+    }
+    let r = t.bake_with(&plan, |o| o.force = vec!["list".into()]);
+    assert_eq!(counts(ok(&r))["list"], (0, 1));
     assert!(cache::verify(&t.path("cache"), &Stop::default()).unwrap().is_clean());
 }
 
@@ -140,4 +162,56 @@ fn two_bakes_of_one_cache_share_the_work() {
     // Locks are advisory: nearly all of the work is shared.
     assert!(ok(&a).runs() + ok(&c).runs() <= 16, "{} + {}", a.runs(), c.runs());
     assert_eq!(t.file("sum.txt"), "45\n");
+}
+
+#[test]
+fn gc_by_age_takes_what_was_not_used_for_so_long() {
+    let t = Bench::new();
+    let old = squares(&[1, 2, 3], 50_000);
+    t.bake(&old);
+    for i in 0..20 {
+        t.bake(&squares(&[1, 2, 4, 100 + i], 50_000));
+    }
+    let older_than = |seconds| cache::Limits { max_bytes: None, max_age: Some(Duration::from_secs(seconds)) };
+    assert_eq!(cache::gc(&t.path("cache"), &older_than(3600)).unwrap().runs, 0);
+    std::thread::sleep(Duration::from_millis(2100));
+    let removed = cache::gc(&t.path("cache"), &older_than(1)).unwrap();
+    assert!(removed.runs > 0 && removed.bytes > 40_000, "{removed:?}");
+    // What the records of the last bakes lead to stays, however old.
+    assert_eq!(ok(&t.bake(&squares(&[1, 2, 4, 119], 50_000))).runs(), 0);
+    assert!(counts(&t.bake(&old))["square"].1 > 0);
+    assert!(cache::verify(&t.path("cache"), &Stop::default()).unwrap().is_clean());
+}
+
+#[test]
+fn gc_beside_a_living_bake_takes_nothing_from_it() {
+    let t = Bench::new();
+    let mut b = Builder::default();
+    let names: Vec<String> = (0..10).map(|i| format!("n{i}")).collect();
+    let list = b.node::<MakeList>("list", json!({ "names": names, "values": (0..10).collect::<Vec<_>>() }), &[]);
+    let slow = b.node::<Slow>("slow", json!({ "ms": 40 }), &[From::Node(list)]);
+    let large = b.node::<Square>("large", json!({ "pad": 50_000 }), &[From::Node(slow)]);
+    let sum = b.node::<Sum>("sum", json!({}), &[From::Node(large)]);
+    let print = b.node::<Print>("print", json!({}), &[From::Node(sum)]);
+    b.file("sum.txt", print);
+    let plan = b.plan();
+    let all = cache::Limits { max_bytes: Some(0), max_age: Some(Duration::ZERO) };
+    let sweeps = std::thread::scope(|s| {
+        let bake = s.spawn(|| t.bake(&plan));
+        let mut sweeps = 0;
+        while !bake.is_finished() {
+            if t.path("cache/claims").is_dir() {
+                cache::gc(&t.path("cache"), &all).unwrap();
+                sweeps += 1;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let report = bake.join().unwrap();
+        assert_eq!((ok(&report).runs(), report.warnings), (23, 0), "{:?}", counts(&report));
+        sweeps
+    });
+    assert!(sweeps > 3, "{sweeps}");
+    assert_eq!(t.file("sum.txt"), "285\n");
+    assert_eq!(ok(&t.bake(&plan)).runs(), 0);
+    assert!(cache::verify(&t.path("cache"), &Stop::default()).unwrap().is_clean());
 }
