@@ -232,3 +232,46 @@ fn a_profile_has_a_span_per_run() {
         assert!(matches!(of_name[..], [e] if e["ph"] == "X" && e["dur"].as_f64().unwrap() > 0.0), "{trace}");
     }
 }
+
+#[test]
+fn a_scene_that_cannot_be_baked_exits_with_1_and_publishes_nothing() {
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+               element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let far = "centre = [0, 0, 5]";
+    for (name, scene, cell, select, expect) in [
+        ("truncated", ply[..ply.len() - 16].to_owned(), far, "*", "scene.ply: vertex: truncated: 3 elements"),
+        ("nan", ply.replace("1 0 0\n", "1 nan 0\n"), far, "*", "vertex 1: its position is [1.0, NaN, 0.0]"),
+        ("range", ply.replace("3 0 1 2", "3 0 1 9"), far, "*", "vertex numbers [0, 1, 9]; there are 3 vertices"),
+        ("claims", ply.replace("vertex 3", "vertex 4000000000"), far, "*", "truncated: 4000000000 elements"),
+        ("empty", ply.to_owned(), far, "none*", "no triangle of the scene's 1 objects is selected"),
+        ("inside", ply.to_owned(), "centre = [0, 0, 0.2]", "*", "the selection intersects the view cell"),
+    ] {
+        let folder = folder();
+        std::fs::write(folder.path().join("scene.ply"), scene).unwrap();
+        let text = format!(
+            "[pipeline]\nbase = \"tdm\"\n[params]\nscene = \"scene.ply\"\nresolution = 48\nviews = 8\n[nodes.cell]\n{cell}\n\
+             size = [1, 1, 1]\n[nodes.select]\ninclude = [\"{select}\"]\n"
+        );
+        std::fs::write(folder.path().join("bad.toml"), text).unwrap();
+        let ran = farfield(folder.path(), &["bake", "bad.toml"]);
+        assert_eq!(ran.code, 1, "{name}: {}{}", ran.out, ran.err);
+        assert!(ran.err.contains(expect), "{name}: {}", ran.err);
+        assert!(!folder.path().join("out").exists(), "{name}");
+    }
+}
+
+#[test]
+fn a_cache_that_cannot_be_written_is_named() {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("cache")).unwrap();
+    // A file in a folder's place stops everyone, root too, for whom permissions do not count.
+    std::fs::write(folder.path().join("cache/values"), "").unwrap();
+    let ran = farfield(folder.path(), &["bake", "small.toml", "--cache", "cache"]);
+    assert!(
+        ran.code == 1 && ran.err.contains("error: cache cache: cannot be made or written ("),
+        "{}{}",
+        ran.out,
+        ran.err
+    );
+    assert!(!folder.path().join("out").exists());
+}

@@ -125,5 +125,8 @@ fn textures_are_left_out_with_a_warning() {
                 property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     let (scene, warnings) = Memory::of([("a.ply", text.as_bytes())]).load("a.ply");
     assert_eq!(scene.unwrap().objects.len(), 1);
-    assert!(matches!(&warnings[..], [one] if one.starts_with("a.ply: ") && one.contains("red brick.png")), "{warnings:?}");
+    assert!(
+        matches!(&warnings[..], [one] if one.starts_with("a.ply: ") && one.contains("red brick.png")),
+        "{warnings:?}"
+    );
 }
