@@ -57,6 +57,33 @@ fn a_run_that_is_repeated_mends_all_its_values() {
 }
 
 #[test]
+fn a_small_value_that_is_gone_is_made_again_when_it_is_wanted() {
+    let t = Bench::new();
+    let plan = |changed: i64, pad: u32| {
+        let mut b = Builder::default();
+        let list = b.node::<MakeMany>("list", json!({ "count": 50, "changed": changed }), &[]);
+        let square = b.node::<Square>("square", json!({ "pad": pad }), &[From::Node(list)]);
+        let sum = b.node::<Sum>("sum", json!({}), &[From::Node(square)]);
+        let print = b.node::<Print>("print", json!({}), &[From::Node(sum)]);
+        b.file("sum.txt", print);
+        b.plan()
+    };
+    let sum = |changed: i64| (0..50).map(|i| if i == changed { 1 } else { i * i }).sum::<i64>();
+    ok(&t.bake(&plan(3, 0)));
+    let db = rusqlite::Connection::open(t.path("cache/index-1.sqlite")).unwrap();
+    assert!(db.execute("DELETE FROM value WHERE rowid % 3 = 0", []).unwrap() > 20);
+    drop(db);
+    // The list is made anew, and most of its values were there before.
+    ok(&t.bake(&plan(4, 0)));
+    assert_eq!(t.file("sum.txt"), format!("{}\n", sum(4)));
+    // Every value is wanted.
+    let r = t.bake(&plan(4, 1));
+    assert!(ok(&r).warnings > 0, "{r:?}");
+    assert_eq!(t.file("sum.txt"), format!("{}\n", sum(4)));
+    assert_eq!(ok(&t.bake(&plan(4, 2))).warnings, 0);
+}
+
+#[test]
 fn verify_finds_what_is_spoilt() {
     let t = Bench::new();
     let plan = squares(&[1, 2, 3], 100_000);
