@@ -70,7 +70,7 @@ fn a_small_value_that_is_gone_is_made_again_when_it_is_wanted() {
     };
     let sum = |changed: i64| (0..50).map(|i| if i == changed { 1 } else { i * i }).sum::<i64>();
     ok(&t.bake(&plan(3, 0)));
-    let db = rusqlite::Connection::open(t.path("cache/index-1.sqlite")).unwrap();
+    let db = rusqlite::Connection::open(t.path("cache/index-2.sqlite")).unwrap();
     assert!(db.execute("DELETE FROM value WHERE rowid % 3 = 0", []).unwrap() > 20);
     drop(db);
     // The list is made anew, and most of its values were there before.
@@ -124,7 +124,7 @@ fn a_damaged_index_is_set_aside() {
     let plan = squares(&(0..200).collect::<Vec<_>>(), 0);
     t.bake(&plan);
     let before = tree(&t.path("out"));
-    let index = t.path("cache/index-1.sqlite");
+    let index = t.path("cache/index-2.sqlite");
     let good = fs::read(&index).unwrap();
     for (from, to) in [(0, 100), (100, 4096), (4096, good.len()), (good.len() / 2, good.len() / 2 + 3000)] {
         let mut bad = good.clone();

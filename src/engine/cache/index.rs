@@ -11,10 +11,12 @@ use std::{
 };
 
 /// Its number is that of the tables' layout: another layout is another file.
-const FILE: &str = "index-1.sqlite";
+const FILE: &str = "index-2.sqlite";
 
+/// Tables whose rows may be large have a rowid: without one a search compares whole rows, and a list of 100,000 outputs
+/// on its path is read each time.
 const TABLES: &str = "
-CREATE TABLE IF NOT EXISTS run(key BLOB, variant BLOB, record BLOB, used INTEGER, PRIMARY KEY(key, variant)) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS run(key BLOB, variant BLOB, record BLOB, used INTEGER, PRIMARY KEY(key, variant));
 CREATE TABLE IF NOT EXISTS map(key BLOB PRIMARY KEY, record BLOB, used INTEGER);
 CREATE TABLE IF NOT EXISTS value(hash BLOB PRIMARY KEY, size INTEGER, data BLOB);
 CREATE TABLE IF NOT EXISTS fixed(hash BLOB PRIMARY KEY, fields BLOB) WITHOUT ROWID;
