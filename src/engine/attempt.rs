@@ -137,7 +137,10 @@ impl Attempt<'_> {
             peak_memory: peak_memory(),
         };
         if matches!(outcome, Outcome::Baked | Outcome::NotMet) && !options.dry_run && options.only.is_empty() {
-            let path = options.out.join(&plan.name).join("run.json");
+            let main = options.out.join(&plan.name);
+            // Whoever publishes removes what half-written files it finds beside its own.
+            let _lock = folder_lock(&cache, &main, self.stop)?;
+            let path = main.join("run.json");
             publish::write_note(&options.out, &path, &run_json(&report))?;
         }
         Ok(report)

@@ -242,3 +242,17 @@ fn gc_beside_a_living_bake_takes_nothing_from_it() {
     assert_eq!(ok(&t.bake(&plan)).runs(), 0);
     assert!(cache::verify(&t.path("cache"), &Stop::default()).unwrap().is_clean());
 }
+
+#[test]
+fn bakes_that_begin_at_once_make_one_cache() {
+    for _ in 0..10 {
+        let t = Bench::new();
+        let plan = squares(&[1, 2, 3], 0);
+        std::thread::scope(|s| {
+            let bakes: Vec<_> = (0..4).map(|_| s.spawn(|| t.bake(&plan))).collect();
+            for bake in bakes {
+                ok(&bake.join().unwrap());
+            }
+        });
+    }
+}

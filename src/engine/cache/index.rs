@@ -60,17 +60,29 @@ pub fn open(cache: &Path) -> Result<Connection, EngineError> {
     db.set_db_config(DbConfig::SQLITE_DBCONFIG_DEFENSIVE, true).map_err(sql)?;
     db.set_prepared_statement_cache_capacity(64);
     let version: i64 = db.query_row("PRAGMA user_version", [], |r| r.get(0)).map_err(sql)?;
-    if version != 1 {
+    // Two processes that change the journal's mode at once fail: SQLite does not wait there.
+    let making = if version == 1 { None } else { Some(lock(cache)?) };
+    if making.is_some() {
         db.pragma_update(None, "journal_mode", "WAL").map_err(sql)?;
     }
     db.pragma_update(None, "synchronous", "OFF").map_err(sql)?;
     db.pragma_update(None, "cache_size", -32_000).map_err(sql)?;
     db.pragma_update(None, "mmap_size", 256 << 20).map_err(sql)?;
-    if version != 1 {
+    if making.is_some() {
         let make = format!("BEGIN IMMEDIATE; {TABLES} COMMIT;");
         db.execute_batch(&make).map_err(sql)?;
     }
     Ok(db)
+}
+
+/// The lock under which an index is made or set aside.
+fn lock(cache: &Path) -> Result<Lock, EngineError> {
+    loop {
+        if let Some(lock) = Lock::take(&cache.join("index.lock")).map_err(|e| EngineError::cache(cache, e))? {
+            return Ok(lock);
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
 }
 
 /// Opens an index that exists, to read.
@@ -89,12 +101,7 @@ pub fn empty(cache: &Path) -> Result<Connection, EngineError> {
 /// Moves a damaged index out of the way. Several processes may notice the damage: only what is still damaged goes.
 pub fn set_aside(cache: &Path) -> Result<(), EngineError> {
     let fail = |e: io::Error| EngineError::cache(cache, e);
-    let lock = loop {
-        match Lock::take(&cache.join("index.lock")).map_err(fail)? {
-            Some(lock) => break lock,
-            None => std::thread::sleep(Duration::from_millis(20)),
-        }
-    };
+    let lock = lock(cache)?;
     let sound = || -> Result<bool, rusqlite::Error> {
         let db = Connection::open(path(cache))?;
         db.busy_timeout(Duration::from_secs(60))?;
