@@ -1,5 +1,7 @@
-//! What a bake costs in which nothing, or one thing, changed: the engine alone, without the process and the pipeline
-//! file. Run with `cargo bench --bench noop`; prints the median of several bakes in milliseconds.
+//! What a bake costs in which nothing, or one thing, changed: pipelines of trivial nodes, baked by the engine alone and
+//! by the whole command, beside ninja with a build file of the same shape. Run with `cargo bench --bench noop`.
+//!
+//! This program is also the command that it measures: `noop bake FILE` is farfield with the trivial kinds.
 
 #[path = "../tests/engine/support.rs"]
 #[expect(dead_code, reason = "the tests use more kinds")]
@@ -9,99 +11,216 @@ use farfield::{
     engine::{
         bake::{Options, bake},
         events::Silent,
+        node::Registry,
+        pipeline::{Request, load_text},
         plan::Plan,
     },
     math::Stop,
 };
-use serde_json::json;
-use std::time::Instant;
-use support::*;
+use std::{
+    fmt::Write as _,
+    fs,
+    path::Path,
+    process::{Command, ExitCode, Stdio},
+    time::Instant,
+};
 
-/// Layers of 100 nodes; every node adds two of the layer above. `changed`: another parameter at one node of the last
-/// layer but four.
-fn graph(nodes: usize, changed: i64) -> Plan {
-    let mut b = Builder::default();
-    let mut above: Vec<usize> = Vec::new();
-    for layer in 0..nodes / 100 {
-        let mut this = Vec::new();
-        for i in 0..100 {
-            let name = format!("n{layer}-{i}");
-            this.push(match above.get(i) {
-                None => b.node::<Constant>(&name, json!({ "value": i }), &[]),
-                Some(from) => {
-                    let plus = if layer + 5 == nodes / 100 && i == 0 { changed * 100_000 } else { 0 };
-                    b.node::<Add>(&name, json!({ "plus": plus }), &[From::Node(*from), From::Absent])
-                }
-            });
-        }
-        above = this;
+/// Measurements of which the median is told.
+const TIMES: i64 = 9;
+
+/// A pipeline and the build file of the same shape, in both of which `changed` is a parameter of one node.
+struct Shape {
+    name: &'static str,
+    pipeline: fn(usize, i64) -> String,
+    ninja: fn(usize, i64) -> String,
+    sizes: &'static [usize],
+}
+
+const SHAPES: [Shape; 2] = [
+    Shape { name: "nodes", pipeline: graph, ninja: ninja_graph, sizes: &[1_000, 10_000] },
+    Shape { name: "elements", pipeline: map, ninja: ninja_map, sizes: &[1_000, 10_000, 100_000] },
+];
+
+/// Ninja starts a process per node: beyond this many it is not waited for.
+const NINJA_NODES: usize = 10_000;
+
+/// Layers of 100 nodes, each of which adds to one of the layer above; the last layer but four holds the change.
+fn graph(nodes: usize, changed: i64) -> String {
+    let mut text = String::from("[pipeline]\nname = \"test\"\n");
+    let layers = nodes / 100;
+    for at in 0..nodes {
+        let (layer, i) = (at / 100, at % 100);
+        let plus = layer as i64 + if (layer + 5, i) == (layers, 0) { changed * 100_000 } else { 0 };
+        let _ = match layer {
+            0 => write!(text, "[nodes.n0-{i}]\nkind = \"constant\"\nvalue = {i}\n"),
+            _ => {
+                write!(text, "[nodes.n{layer}-{i}]\nkind = \"add\"\na = \"n{}-{i}\"\nplus = {plus}000\n", layer - 1)
+            }
+        };
     }
-    let print = b.node::<Print>("print", json!({}), &[From::Node(above[0])]);
-    b.file("out.txt", print);
-    b.plan()
+    let _ = write!(text, "[nodes.print]\nkind = \"print\"\nvalue = \"n{}-0\"\n", layers - 1);
+    text + "[files]\n\"out.txt\" = \"print\"\n"
 }
 
-/// A map of `n` elements and a sum.
-fn map(n: usize, changed: i64) -> Plan {
-    let mut b = Builder::default();
-    let list = b.node::<MakeMany>("list", json!({ "count": n, "changed": changed }), &[]);
-    let square = b.node::<Square>("square", json!({}), &[From::Node(list)]);
-    let sum = b.node::<Sum>("sum", json!({}), &[From::Node(square)]);
-    let print = b.node::<Print>("print", json!({}), &[From::Node(sum)]);
-    b.file("out.txt", print);
-    b.plan()
+fn ninja_graph(nodes: usize, changed: i64) -> String {
+    let mut text = String::from("rule make\n  command = echo $v > $out\n");
+    let layers = nodes / 100;
+    for at in 0..nodes {
+        let (layer, i) = (at / 100, at % 100);
+        let v = at as i64 + if (layer + 5, i) == (layers, 0) { changed * 100_000 } else { 0 };
+        let above = if layer > 0 { format!("n{}-{i}", layer - 1) } else { String::new() };
+        let _ = write!(text, "build n{layer}-{i}: make {above}\n  v = {v}\n");
+    }
+    let _ = write!(text, "build out.txt: make n{}-0\n  v = 0\n", layers - 1);
+    text
 }
 
-fn measure(name: &str, plan: impl Fn(i64) -> Plan) {
+/// A list, a node mapped over it, and their sum.
+fn map(elements: usize, changed: i64) -> String {
+    format!(
+        "[pipeline]\nname = \"test\"\n[nodes.list]\nkind = \"many\"\ncount = {elements}\nchanged = {changed}\n\
+         [nodes.square]\nkind = \"square\"\nvalue = \"list\"\n[nodes.sum]\nkind = \"sum\"\nitems = \"square\"\n\
+         [nodes.print]\nkind = \"print\"\nvalue = \"sum\"\n[files]\n\"out.txt\" = \"print\"\n"
+    )
+}
+
+fn ninja_map(elements: usize, changed: i64) -> String {
+    let mut text = String::from("rule make\n  command = echo $v > $out\n");
+    let mut all = String::new();
+    for i in 0..elements {
+        let v = if i == 0 { -changed } else { i as i64 };
+        let _ = write!(text, "build e{i}: make\n  v = {v}\n");
+        let _ = write!(all, " e{i}");
+    }
+    let _ = write!(text, "build sum: make{all}\n  v = 0\nbuild out.txt: make sum\n  v = 0\n");
+    text
+}
+
+fn registry() -> Registry {
+    use support::*;
+    let mut registry = Registry::default();
+    registry.add::<Constant>();
+    registry.add::<Add>();
+    registry.add::<MakeMany>();
+    registry.add::<Square>();
+    registry.add::<Sum>();
+    registry.add::<Print>();
+    registry
+}
+
+fn check(text: &str) -> Plan {
+    let request = Request { file: "test.toml", folder: Path::new("."), set: &[], stock: &[], everywhere: &[] };
+    load_text("test.toml", text, &request, &registry()).unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+fn ms(began: Instant) -> f64 {
+    began.elapsed().as_secs_f64() * 1e3
+}
+
+/// The engine's share, without the process and the pipeline file.
+fn engine(shape: &Shape, n: usize) {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let options = Options::new(dir.path().join("cache"), dir.path().join("out"));
-    let once = |plan: &Plan| {
+    let once = |changed: i64| {
+        let text = (shape.pipeline)(n, changed);
+        let began = Instant::now();
+        let plan = check(&text);
+        let check_ms = ms(began);
         let (began, cpu) = (Instant::now(), cpu());
-        let report = bake(plan, &options, &Stop::default(), &Silent).expect("a bake");
+        let report = bake(&plan, &options, &Stop::default(), &Silent).expect("a bake");
         assert!(report.errors.is_empty(), "{:?}", report.errors);
-        ([began.elapsed().as_secs_f64() * 1e3, self::cpu() - cpu], report.runs())
+        (check_ms, ms(began), self::cpu() - cpu, report.runs())
     };
-    let median = |times: &[[f64; 2]], column: usize| {
-        let mut times: Vec<f64> = times.iter().map(|t| t[column]).collect();
-        times.sort_by(f64::total_cmp);
-        times[times.len() / 2]
+    let (_, first, _, runs) = once(0);
+    println!("{n} {}: first bake {first:.1} ms ({runs} runs)", shape.name);
+    for what in ["no-op", "one change"] {
+        let times: Vec<_> = (1..=TIMES).map(|i| once(if what == "no-op" { 0 } else { i })).collect();
+        let of = |f: fn(&(f64, f64, f64, u64)) -> f64| median(times.iter().map(f).collect());
+        println!(
+            "  {what:<10} engine {:6.1} ms, of which its thread computed {:6.1} ms ({} runs); check {:.1} ms",
+            of(|t| t.1),
+            of(|t| t.2),
+            times[0].3,
+            of(|t| t.0)
+        );
+    }
+}
+
+/// Whole commands: this program as farfield, and ninja, in turns.
+fn commands(shape: &Shape, n: usize) {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let with_ninja = n <= NINJA_NODES && has_ninja();
+    let write = |changed: i64| {
+        fs::write(dir.path().join("test.toml"), (shape.pipeline)(n, changed)).expect("a file");
+        fs::write(dir.path().join("build.ninja"), (shape.ninja)(n, changed)).expect("a file");
     };
-    let same = plan(0);
-    let (first, runs) = once(&same);
-    let mut noop = Vec::new();
-    for _ in 0..7 {
-        let (ms, runs) = once(&same);
-        assert_eq!(runs, 0);
-        noop.push(ms);
+    let run = |program: &Path, arguments: &[&str]| {
+        let mut command = Command::new(program);
+        command.current_dir(dir.path()).args(arguments).env_remove("FARFIELD_CACHE");
+        let began = Instant::now();
+        let ran = command.output().expect("a program that starts");
+        let took = ms(began);
+        assert!(ran.status.success(), "{}: {}", program.display(), String::from_utf8_lossy(&ran.stderr));
+        took
+    };
+    let this = std::env::current_exe().expect("a path of this program");
+    let farfield = || run(&this, &["bake", "test.toml"]);
+    let ninja = || if with_ninja { run(Path::new("ninja"), &["--quiet"]) } else { f64::NAN };
+    write(0);
+    farfield();
+    ninja();
+    for what in ["no-op", "one change"] {
+        let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+        for i in 1..=TIMES {
+            if what == "one change" {
+                write(i);
+            }
+            ours.push(farfield());
+            theirs.push(ninja());
+        }
+        let (ours, theirs) = (median(ours), median(theirs));
+        let ninja = if with_ninja {
+            format!("ninja {theirs:6.1} ms, ratio {:.2}", ours / theirs)
+        } else {
+            "not compared with ninja".to_owned()
+        };
+        println!("  {what:<10} whole command {ours:6.1} ms; {ninja}");
     }
-    let (mut change, mut ran) = (Vec::new(), 0);
-    for i in 1..8 {
-        let (ms, runs) = once(&plan(i));
-        change.push(ms);
-        ran = runs;
-    }
-    println!("{name:<14} first {:8.1} ms ({runs} runs)", first[0]);
-    for (what, times, runs) in [("no-op", noop, 0), ("one change", change, ran)] {
-        let (wall, cpu) = (median(&times, 0), median(&times, 1));
-        println!("{name:<14} {what:<10} {wall:6.1} ms, of which its thread computed {cpu:6.1} ms ({runs} runs)");
-    }
+}
+
+fn has_ninja() -> bool {
+    Command::new("ninja").arg("--version").stdout(Stdio::null()).status().is_ok_and(|s| s.success())
 }
 
 /// Milliseconds that this thread has computed; 0 where the system does not tell. On a busy machine it is the figure
 /// that can be compared.
 fn cpu() -> f64 {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let text = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     text.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.0) / 1e6
 }
 
-fn main() {
-    if let Some(n) = std::env::args().nth(1).and_then(|a| a.parse().ok()) {
-        return measure(&format!("{n} nodes"), |changed| graph(n, changed));
+fn main() -> ExitCode {
+    if std::env::args().nth(1).is_some_and(|a| a == "bake") {
+        return farfield::cli::run(std::env::args_os(), &registry());
     }
-    for n in [1_000, 10_000] {
-        measure(&format!("{n} nodes"), |changed| graph(n, changed));
+    if !has_ninja() {
+        println!("ninja is not on PATH: there is no comparison with it");
     }
-    for n in [1_000, 10_000, 100_000] {
-        measure(&format!("map of {n}"), |changed| map(n, changed));
+    // `noop SHAPE SIZE` measures that alone.
+    let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    for shape in &SHAPES {
+        for n in shape.sizes {
+            let asked = [shape.name.to_owned(), n.to_string()];
+            if words.iter().all(|w| asked.contains(w)) {
+                engine(shape, *n);
+                commands(shape, *n);
+            }
+        }
     }
+    ExitCode::SUCCESS
 }

@@ -164,3 +164,114 @@ fn the_cache_is_looked_after() {
     let gc = farfield(folder.path(), &["cache", "gc", "--max-size", "1GiB", "--max-age", "30d"]);
     assert!(gc.code == 0 && gc.out.starts_with("removed 0 runs"), "{}{}", gc.out, gc.err);
 }
+
+#[test]
+fn a_missed_bound_exits_with_3() {
+    let folder = folder();
+    let bake = |least: f64| {
+        let text = format!(
+            "[pipeline]\nbase = \"tdm\"\nname = \"judged\"\n[params]\nscene = \"builtin:solids\"\nresolution = 48\n\
+             views = 8\n[require.evaluate]\n\"psnr_y_object_db.mean\" = {{ min = {least} }}\n\
+             \"crack_px.total\" = {{ min = 0 }}\n"
+        );
+        std::fs::write(folder.path().join("judged.toml"), text).unwrap();
+        farfield(folder.path(), &["bake", "judged.toml"])
+    };
+    let (out, rejected) = (folder.path().join("out/judged"), folder.path().join("out/judged/rejected"));
+    let missed = bake(1000.0);
+    assert_eq!(missed.code, 3, "{}{}", missed.out, missed.err);
+    assert!(missed.out.contains("not met: evaluate: psnr_y_object_db.mean is "), "{}", missed.out);
+    assert!(missed.out.contains("required at least 1000\ncertificate not met: judged, "), "{}", missed.out);
+    assert!(rejected.join("tdm.glb").is_file() && rejected.join("certificate.json").is_file());
+    assert!(!out.join("tdm.glb").exists());
+    let met = bake(1.0);
+    assert_eq!(met.code, 0, "{}{}", met.out, met.err);
+    assert!(met.out.contains(", 0 ran, "), "a bound is no input: {}", met.out);
+    assert!(out.join("tdm.glb").is_file() && !rejected.exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_bake_exits_with_130_and_keeps_what_is_finished() {
+    use std::{
+        io::{BufRead, BufReader},
+        process::Stdio,
+    };
+    let folder = folder();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_farfield"))
+        .current_dir(folder.path())
+        .args(["bake", "tdm-city", "--events", "json"])
+        .env_remove("FARFIELD_CACHE")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    // The slices of the city take seconds: nobody can be late.
+    for line in BufReader::new(child.stdout.take().unwrap()).lines() {
+        let event: serde_json::Value = serde_json::from_str(&line.unwrap()).unwrap();
+        if event["event"] == "node-started" && event["node"] == "slices" {
+            assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+        }
+    }
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(!folder.path().join("out").exists());
+    let select = farfield(folder.path(), &["bake", "tdm-city", "--only", "select"]);
+    assert!(select.code == 0 && select.out.contains(", 0 ran, "), "{}{}", select.out, select.err);
+}
+
+#[test]
+fn a_profile_has_a_span_per_run() {
+    let folder = folder();
+    let ran = farfield(folder.path(), &["bake", "small.toml", "--profile", "trace.json"]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let trace = std::fs::read(folder.path().join("trace.json")).unwrap();
+    let trace: serde_json::Value = serde_json::from_slice(&trace).unwrap();
+    let events = trace["traceEvents"].as_array().unwrap();
+    for name in ["make", "write"] {
+        let of_name: Vec<_> = events.iter().filter(|e| e["name"] == name).collect();
+        assert!(matches!(of_name[..], [e] if e["ph"] == "X" && e["dur"].as_f64().unwrap() > 0.0), "{trace}");
+    }
+}
+
+#[test]
+fn a_scene_that_cannot_be_baked_exits_with_1_and_publishes_nothing() {
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+               element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let far = "centre = [0, 0, 5]";
+    for (name, scene, cell, select, expect) in [
+        ("truncated", ply[..ply.len() - 16].to_owned(), far, "*", "scene.ply: vertex: truncated: 3 elements"),
+        ("nan", ply.replace("1 0 0\n", "1 nan 0\n"), far, "*", "vertex 1: its position is [1.0, NaN, 0.0]"),
+        ("range", ply.replace("3 0 1 2", "3 0 1 9"), far, "*", "vertex numbers [0, 1, 9]; there are 3 vertices"),
+        ("claims", ply.replace("vertex 3", "vertex 4000000000"), far, "*", "truncated: 4000000000 elements"),
+        ("empty", ply.to_owned(), far, "none*", "no triangle of the scene's 1 objects is selected"),
+        ("inside", ply.to_owned(), "centre = [0, 0, 0.2]", "*", "the selection intersects the view cell"),
+    ] {
+        let folder = folder();
+        std::fs::write(folder.path().join("scene.ply"), scene).unwrap();
+        let text = format!(
+            "[pipeline]\nbase = \"tdm\"\n[params]\nscene = \"scene.ply\"\nresolution = 48\nviews = 8\n[nodes.cell]\n{cell}\n\
+             size = [1, 1, 1]\n[nodes.select]\ninclude = [\"{select}\"]\n"
+        );
+        std::fs::write(folder.path().join("bad.toml"), text).unwrap();
+        let ran = farfield(folder.path(), &["bake", "bad.toml"]);
+        assert_eq!(ran.code, 1, "{name}: {}{}", ran.out, ran.err);
+        assert!(ran.err.contains(expect), "{name}: {}", ran.err);
+        assert!(!folder.path().join("out").exists(), "{name}");
+    }
+}
+
+#[test]
+fn a_cache_that_cannot_be_written_is_named() {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("cache")).unwrap();
+    // A file in a folder's place stops everyone, root too, for whom permissions do not count.
+    std::fs::write(folder.path().join("cache/values"), "").unwrap();
+    let ran = farfield(folder.path(), &["bake", "small.toml", "--cache", "cache"]);
+    assert!(
+        ran.code == 1 && ran.err.contains("error: cache cache: cannot be made or written ("),
+        "{}{}",
+        ran.out,
+        ran.err
+    );
+    assert!(!folder.path().join("out").exists());
+}

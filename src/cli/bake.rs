@@ -11,6 +11,7 @@ use super::{
 };
 use crate::engine::{
     bake::{self, Forecast, Options, Outcome, Report},
+    node::Registry,
     plan::Plan,
 };
 use std::path::PathBuf;
@@ -54,8 +55,8 @@ pub struct Args {
     profile: Option<PathBuf>,
 }
 
-pub fn run(args: &Args) -> Done {
-    let plan = args.pipeline.load()?;
+pub fn run(args: &Args, registry: &Registry) -> Done {
+    let plan = args.pipeline.load(registry)?;
     let options = Options {
         jobs: args.jobs.map_or(0, usize::from),
         memory: args.memory.unwrap_or(0),
@@ -75,7 +76,10 @@ pub fn run(args: &Args) -> Done {
     } else if !matches!(style, Style::Json) {
         print(&summary(&plan, &report))?;
     }
-    match report.outcome {
+    let outcome = report.outcome;
+    // The process ends here: to free a large plan node by node would only take time.
+    std::mem::forget((plan, report));
+    match outcome {
         Outcome::Baked => Ok(()),
         outcome => Err(Exit(outcome.exit_code())),
     }

@@ -1,7 +1,7 @@
 //! `farfield check`.
 
 use super::{Done, pipeline::PipelineArgs, print};
-use crate::engine::plan::Plan;
+use crate::engine::{node::Registry, plan::Plan};
 
 /// Checks a pipeline without running anything
 #[derive(clap::Args)]
@@ -10,8 +10,8 @@ pub struct Args {
     pipeline: PipelineArgs,
 }
 
-pub fn run(args: &Args) -> Done {
-    print(&summary(&args.pipeline.load()?))
+pub fn run(args: &Args, registry: &Registry) -> Done {
+    print(&summary(&args.pipeline.load(registry)?))
 }
 
 /// What the pipeline consists of, in a few lines.

@@ -1,7 +1,10 @@
 //! `farfield graph`: the plan as a drawing.
 
 use super::{Done, pipeline::PipelineArgs, print};
-use crate::engine::plan::{OutputRef, Plan};
+use crate::engine::{
+    node::Registry,
+    plan::{OutputRef, Plan},
+};
 use std::fmt::Write;
 
 /// Prints a pipeline's graph for Graphviz or Mermaid
@@ -21,8 +24,8 @@ enum Format {
     Mermaid,
 }
 
-pub fn run(args: &Args) -> Done {
-    let plan = args.pipeline.load()?;
+pub fn run(args: &Args, registry: &Registry) -> Done {
+    let plan = args.pipeline.load(registry)?;
     print(&match args.format {
         Format::Dot => dot(&plan),
         Format::Mermaid => mermaid(&plan),

@@ -16,8 +16,9 @@ mod schema;
 pub mod stock;
 mod why;
 
+use crate::engine::node::Registry;
 use clap::{Parser, Subcommand};
-use std::process::ExitCode;
+use std::{ffi::OsString, process::ExitCode};
 
 /// Bakes heavy 3D scenes into image-based stand-ins, certified against the original.
 ///
@@ -83,13 +84,18 @@ fn print(text: &str) -> Done {
 
 /// Runs the command that the program's arguments name.
 pub fn main() -> ExitCode {
-    let done = match Cli::parse().command {
-        Command::Bake(args) => bake::run(&args),
-        Command::Check(args) => check::run(&args),
+    run(std::env::args_os(), &crate::nodes::registry())
+}
+
+/// Runs a command with the kinds of `registry`; the first argument is the program's name. Benchmarks bring trivial kinds.
+pub fn run(arguments: impl Iterator<Item = OsString>, registry: &Registry) -> ExitCode {
+    let done = match Cli::parse_from(arguments).command {
+        Command::Bake(args) => bake::run(&args, registry),
+        Command::Check(args) => check::run(&args, registry),
         Command::Compare(args) => compare::run(&args),
-        Command::Graph(args) => graph::run(&args),
-        Command::Nodes(args) => nodes::run(&args),
-        Command::Why(args) => why::run(&args),
+        Command::Graph(args) => graph::run(&args, registry),
+        Command::Nodes(args) => nodes::run(&args, registry),
+        Command::Why(args) => why::run(&args, registry),
         Command::Cache(args) => cache::run(&args),
     };
     done.map_or_else(|Exit(code)| ExitCode::from(code), |()| ExitCode::SUCCESS)

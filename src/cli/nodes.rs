@@ -20,15 +20,14 @@ pub struct Args {
     schema: bool,
 }
 
-pub fn run(args: &Args) -> Done {
-    let registry = crate::nodes::registry();
+pub fn run(args: &Args, registry: &Registry) -> Done {
     if args.schema {
-        return print(&format!("{:#}\n", schema::of(&registry)));
+        return print(&format!("{:#}\n", schema::of(registry)));
     }
     if args.markdown {
-        return print(&markdown(&registry));
+        return print(&markdown(registry));
     }
-    let Some(wanted) = &args.kind else { return print(&list(&registry)) };
+    let Some(wanted) = &args.kind else { return print(&list(registry)) };
     match registry.get(wanted) {
         Some(kind) => print(&page(kind.spec(), Form::Terminal)),
         None => {

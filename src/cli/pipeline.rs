@@ -2,6 +2,7 @@
 
 use super::{Exit, stock::STOCK};
 use crate::engine::{
+    node::Registry,
     pipeline::{self, Problems, Request},
     plan::Plan,
 };
@@ -24,7 +25,7 @@ pub struct PipelineArgs {
 
 impl PipelineArgs {
     /// The checked plan; what is wrong goes to standard error.
-    pub fn load(&self) -> Result<Plan, Exit> {
+    pub fn load(&self, registry: &Registry) -> Result<Plan, Exit> {
         let folder = std::env::current_dir().map_err(|e| Exit::say(2, format!("no working folder: {e}")))?;
         let everywhere = [("allow_outside", serde_json::Value::Bool(true))];
         let request = Request {
@@ -34,7 +35,7 @@ impl PipelineArgs {
             stock: STOCK,
             everywhere: if self.allow_outside { &everywhere } else { &[] },
         };
-        pipeline::load(&request, &crate::nodes::registry()).map_err(|problems| report(&problems))
+        pipeline::load(&request, registry).map_err(|problems| report(&problems))
     }
 }
 

@@ -1,7 +1,7 @@
 //! `farfield why`.
 
 use super::{Done, folders::CacheArg, pipeline::PipelineArgs, print};
-use crate::engine::{bake::Options, why::why};
+use crate::engine::{bake::Options, node::Registry, why::why};
 use std::path::PathBuf;
 
 /// Tells why a node, or one of its elements, ran when it last did
@@ -18,8 +18,8 @@ pub struct Args {
     out: PathBuf,
 }
 
-pub fn run(args: &Args) -> Done {
-    let plan = args.pipeline.load()?;
+pub fn run(args: &Args, registry: &Registry) -> Done {
+    let plan = args.pipeline.load(registry)?;
     let answer = why(&plan, &Options::new(args.cache.folder(), &args.out), &args.what)?;
     print(&format!("{}\n", answer.trim_end()))
 }

@@ -13,13 +13,14 @@ use super::{
     publish::{self, Publication, Wanted, names},
     record::{BakeRecord, Measured, PublishedFile},
     require,
-    schedule::{Schedule, Setting, Trust},
+    schedule::{Pool, Schedule, Setting, Trust},
     value::shown,
 };
 use crate::math::Stop;
-use serde::Serialize;
+use serde_json::json;
 use std::{
     collections::{BTreeMap, BTreeSet},
+    fmt::Write as _,
     path::{Path, PathBuf},
     sync::Arc,
     time::{Duration, SystemTime},
@@ -32,7 +33,7 @@ pub struct Attempt<'a> {
     pub events: &'a dyn Events,
     pub wanted: Vec<bool>,
     pub forced: BTreeSet<usize>,
-    pub pool: rayon::ThreadPool,
+    pub pool: Pool,
     pub jobs: usize,
     pub memory: u64,
     pub trust: Trust,
@@ -136,7 +137,10 @@ impl Attempt<'_> {
             peak_memory: peak_memory(),
         };
         if matches!(outcome, Outcome::Baked | Outcome::NotMet) && !options.dry_run && options.only.is_empty() {
-            let path = options.out.join(&plan.name).join("run.json");
+            let main = options.out.join(&plan.name);
+            // Whoever publishes removes what half-written files it finds beside its own.
+            let _lock = folder_lock(&cache, &main, self.stop)?;
+            let path = main.join("run.json");
             publish::write_note(&options.out, &path, &run_json(&report))?;
         }
         Ok(report)
@@ -281,38 +285,20 @@ fn folder_lock(cache: &Cache, folder: &Path, stop: &Stop) -> Result<Lock, Engine
     }
 }
 
-/// What differs between equal bakes: times, memory, hits.
+/// What differs between equal bakes: times, memory, hits. A line per node.
 fn run_json(report: &Report) -> Vec<u8> {
-    struct Nodes<'a>(&'a [NodeReport]);
-    impl Serialize for Nodes<'_> {
-        fn serialize<S: serde::Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
-            s.collect_map(self.0.iter().map(|n| (&n.name, Node { hits: n.hits, runs: n.runs, seconds: n.seconds })))
-        }
+    let outcome = if report.outcome == Outcome::Baked { "baked" } else { "not met" };
+    let (seconds, hits, runs) = (json!(report.seconds), report.hits(), report.runs());
+    let peak = json!(report.peak_memory);
+    let mut out = format!(
+        "{{\n  \"outcome\": \"{outcome}\",\n  \"seconds\": {seconds},\n  \"peak_memory_bytes\": {peak},\n  \
+         \"hits\": {hits},\n  \"runs\": {runs},\n  \"nodes\": {{"
+    );
+    for (i, NodeReport { name, hits, runs, seconds, .. }) in report.nodes.iter().enumerate() {
+        out += if i == 0 { "\n    " } else { ",\n    " };
+        // Names of nodes hold no character that JSON escapes; seconds are finite. Writing to a String cannot fail.
+        let _ = write!(out, "\"{name}\": {{ \"hits\": {hits}, \"runs\": {runs}, \"seconds\": {seconds:?} }}");
     }
-    #[derive(Serialize)]
-    struct Node {
-        hits: u64,
-        runs: u64,
-        seconds: f64,
-    }
-    #[derive(Serialize)]
-    struct Run<'a> {
-        outcome: &'a str,
-        seconds: f64,
-        peak_memory_bytes: Option<u64>,
-        hits: u64,
-        runs: u64,
-        nodes: Nodes<'a>,
-    }
-    let run = Run {
-        outcome: if report.outcome == Outcome::Baked { "baked" } else { "not met" },
-        seconds: report.seconds,
-        peak_memory_bytes: report.peak_memory,
-        hits: report.hits(),
-        runs: report.runs(),
-        nodes: Nodes(&report.nodes),
-    };
-    let mut out = serde_json::to_vec_pretty(&run).unwrap_or_default();
-    out.push(b'\n');
-    out
+    out += "\n  }\n}\n";
+    out.into_bytes()
 }

@@ -8,7 +8,7 @@ use super::{
     plan::Plan,
     profile::Profile,
     publish::names,
-    schedule::Trust,
+    schedule::{Pool, Trust},
 };
 use crate::math::Stop;
 use std::path::{Path, PathBuf};
@@ -162,8 +162,6 @@ pub fn bake(plan: &Plan, options: &Options, stop: &Stop, events: &dyn Events) ->
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         n => n,
     };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|e| EngineError::cache(&options.cache, format!("no threads: {e}")))?;
     let mut attempt = Attempt {
         plan,
         options,
@@ -171,7 +169,7 @@ pub fn bake(plan: &Plan, options: &Options, stop: &Stop, events: &dyn Events) ->
         events,
         wanted,
         forced,
-        pool,
+        pool: Pool::new(threads),
         jobs: threads,
         memory: if options.memory == 0 { machine_memory() / 4 * 3 } else { options.memory },
         trust: Trust::Nodes,

@@ -326,7 +326,7 @@ mod tests {
 
     fn key(params: Value, source: &SourceKey) -> Digest {
         let golden = kind_of::<Golden>();
-        let params = golden.normalise(&params).unwrap();
+        let params = golden.normalise(params).unwrap();
         let spec = golden.spec();
         assert_eq!(source_params(spec), ["path"]);
         let fixed = fixed(spec, kind(spec), &params, &[("path".to_owned(), source.clone())]);
@@ -368,7 +368,7 @@ mod tests {
             assert_ne!(key(json!({}), &source), base);
         }
         // JSON has no NaN: what typed parameters make of it is refused when they are read back.
-        assert!(kind_of::<Golden>().normalise(&json!({ "factor": f64::NAN })).is_err());
+        assert!(kind_of::<Golden>().normalise(json!({ "factor": f64::NAN })).is_err());
     }
 
     #[test]

@@ -260,12 +260,22 @@ pub struct KindSpec {
     pub params: Value,
 }
 
+/// Why parameters are none of a kind's.
+#[derive(Debug, thiserror::Error)]
+pub enum ParamError {
+    /// They do not fit the type.
+    #[error(transparent)]
+    Type(#[from] serde_json::Error),
+    /// They fit the type, but [`Node::check`] refuses them.
+    #[error("`{param}`: {message}")]
+    Refused { param: &'static str, message: String },
+}
+
 /// The object-safe form of [`Node`].
 pub trait Kind: Send + Sync {
     fn spec(&self) -> &KindSpec;
     /// Typed parameters re-serialised: defaults filled in, field order that of the type.
-    fn normalise(&self, params: &Value) -> Result<Value, serde_json::Error>;
-    fn check(&self, params: &Value) -> Result<(), (&'static str, String)>;
+    fn normalise(&self, params: Value) -> Result<Value, ParamError>;
     fn memory(&self, params: &Value, sizes: &[u64]) -> u64;
     fn run(&self, params: &Value, inputs: Vec<Slot>, ctx: &Ctx) -> Result<Vec<Slot>, NodeError>;
 }
@@ -297,11 +307,10 @@ impl<N: Node> Kind for Erased<N> {
     fn spec(&self) -> &KindSpec {
         &self.0
     }
-    fn normalise(&self, params: &Value) -> Result<Value, serde_json::Error> {
-        serde_json::to_value(serde_json::from_value::<N::Params>(params.clone())?)
-    }
-    fn check(&self, params: &Value) -> Result<(), (&'static str, String)> {
-        N::check(&Self::typed(params))
+    fn normalise(&self, params: Value) -> Result<Value, ParamError> {
+        let typed: N::Params = serde_json::from_value(params)?;
+        N::check(&typed).map_err(|(param, message)| ParamError::Refused { param, message })?;
+        Ok(serde_json::to_value(&typed)?)
     }
     fn memory(&self, params: &Value, sizes: &[u64]) -> u64 {
         N::memory(&Self::typed(params), sizes)

@@ -110,6 +110,11 @@ kinds! {
             let values: Vec<i64> = (0..*n).map(|i| if i == *c { -1 } else { i }).collect();
             Ok(list(&names, &values))
         };
+    Padded "padded" (count: i64, pad: u32) in Nothing out Items =>
+        |(n, pad), _, _| {
+            let item = |i: i64| (format!("e{i}"), Arc::new(Num(i, *pad as usize)));
+            Ok(Items { items: List((0..*n).map(item).collect()) })
+        };
     Split "split" () in One out Items =>
         |_, i, _| {
             let names: Vec<String> = (0..i.value.0).map(|k| format!("part{k}")).collect();
@@ -221,7 +226,7 @@ impl Builder {
             }
             self.axes.insert(out, of);
         }
-        let params = kind.normalise(&params).expect("parameters");
+        let params = kind.normalise(params).expect("parameters");
         self.nodes.push(PlanNode { name: name.into(), kind, params, inputs: plan_inputs, axes, join_inner: false });
         id
     }

@@ -2,6 +2,7 @@
 
 mod errors;
 mod fuzz;
+mod incremental;
 mod kinds;
 mod meaning;
 mod stock;

@@ -11,10 +11,12 @@ use std::{
 };
 
 /// Its number is that of the tables' layout: another layout is another file.
-const FILE: &str = "index-1.sqlite";
+const FILE: &str = "index-2.sqlite";
 
+/// Tables whose rows may be large have a rowid: without one a search compares whole rows, and a list of 100,000 outputs
+/// on its path is read each time.
 const TABLES: &str = "
-CREATE TABLE IF NOT EXISTS run(key BLOB, variant BLOB, record BLOB, used INTEGER, PRIMARY KEY(key, variant)) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS run(key BLOB, variant BLOB, record BLOB, used INTEGER, PRIMARY KEY(key, variant));
 CREATE TABLE IF NOT EXISTS map(key BLOB PRIMARY KEY, record BLOB, used INTEGER);
 CREATE TABLE IF NOT EXISTS value(hash BLOB PRIMARY KEY, size INTEGER, data BLOB);
 CREATE TABLE IF NOT EXISTS fixed(hash BLOB PRIMARY KEY, fields BLOB) WITHOUT ROWID;
@@ -58,17 +60,29 @@ pub fn open(cache: &Path) -> Result<Connection, EngineError> {
     db.set_db_config(DbConfig::SQLITE_DBCONFIG_DEFENSIVE, true).map_err(sql)?;
     db.set_prepared_statement_cache_capacity(64);
     let version: i64 = db.query_row("PRAGMA user_version", [], |r| r.get(0)).map_err(sql)?;
-    if version != 1 {
+    // Two processes that change the journal's mode at once fail: SQLite does not wait there.
+    let making = if version == 1 { None } else { Some(lock(cache)?) };
+    if making.is_some() {
         db.pragma_update(None, "journal_mode", "WAL").map_err(sql)?;
     }
     db.pragma_update(None, "synchronous", "OFF").map_err(sql)?;
     db.pragma_update(None, "cache_size", -32_000).map_err(sql)?;
     db.pragma_update(None, "mmap_size", 256 << 20).map_err(sql)?;
-    if version != 1 {
+    if making.is_some() {
         let make = format!("BEGIN IMMEDIATE; {TABLES} COMMIT;");
         db.execute_batch(&make).map_err(sql)?;
     }
     Ok(db)
+}
+
+/// The lock under which an index is made or set aside.
+fn lock(cache: &Path) -> Result<Lock, EngineError> {
+    loop {
+        if let Some(lock) = Lock::take(&cache.join("index.lock")).map_err(|e| EngineError::cache(cache, e))? {
+            return Ok(lock);
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
 }
 
 /// Opens an index that exists, to read.
@@ -87,12 +101,7 @@ pub fn empty(cache: &Path) -> Result<Connection, EngineError> {
 /// Moves a damaged index out of the way. Several processes may notice the damage: only what is still damaged goes.
 pub fn set_aside(cache: &Path) -> Result<(), EngineError> {
     let fail = |e: io::Error| EngineError::cache(cache, e);
-    let lock = loop {
-        match Lock::take(&cache.join("index.lock")).map_err(fail)? {
-            Some(lock) => break lock,
-            None => std::thread::sleep(Duration::from_millis(20)),
-        }
-    };
+    let lock = lock(cache)?;
     let sound = || -> Result<bool, rusqlite::Error> {
         let db = Connection::open(path(cache))?;
         db.busy_timeout(Duration::from_secs(60))?;

@@ -7,9 +7,9 @@ use super::{
     source::Place,
     suggest,
     types::{self, Ty},
-    value::Values,
+    value::{self, Values},
 };
-use crate::engine::node::{Arity, Kind, PortSpec, Registry};
+use crate::engine::node::{Arity, Kind, ParamError, PortSpec, Registry};
 use serde_json::{Map, Value};
 use std::{collections::BTreeMap, rc::Rc, sync::Arc};
 use toml::de::DeValue;
@@ -204,7 +204,7 @@ impl<'s> Links<'s> {
             params.insert((*key).to_owned(), value.clone());
         }
         if problems.len() == before {
-            self.nodes[at].params = judge(name, node, info, Value::Object(params), problems);
+            self.nodes[at].params = judge(name, node, info, Value::Object(params), values, problems);
         }
     }
 
@@ -257,21 +257,31 @@ fn unknown_key(key: &str, item: Item, info: &KindInfo) -> Problem {
 }
 
 /// Parameters as the kind itself reads and judges them.
-fn judge(name: &str, node: &DraftNode, info: &KindInfo, params: Value, problems: &mut Vec<Problem>) -> Value {
-    match info.kind.normalise(&params) {
-        Ok(params) => {
-            if let Err((param, message)) = info.kind.check(&params) {
-                let given = node.get(param);
-                let place = given.map_or(node.place, |item| item.place);
-                let label = if given.is_some() { "refused" } else { "the default does not fit" };
-                problems.push(Problem::at(place, format!("node `{name}`, `{param}`: {message}"), label));
+fn judge(
+    name: &str,
+    node: &DraftNode,
+    info: &KindInfo,
+    params: Value,
+    values: &Values,
+    problems: &mut Vec<Problem>,
+) -> Value {
+    let problem = match info.kind.normalise(params) {
+        Ok(params) => return params,
+        Err(ParamError::Refused { param, message }) => {
+            let message = format!("node `{name}`, `{param}`: {message}");
+            let given = node.get(param);
+            let knob = given.and_then(|item| values.knobs.get(value::reference(item.value.as_str()?)?));
+            match (knob, given) {
+                (Some(knob), Some(item)) => Problem::at(knob.place, message, "refused").also(item.place, "used here"),
+                (_, Some(item)) => Problem::at(item.place, message, "refused"),
+                _ => Problem::at(node.place, message, "the default does not fit"),
             }
-            params
         }
-        Err(e) => {
+        Err(ParamError::Type(e)) => {
             let message = format!("node `{name}`: its parameters do not fit together: {e}");
-            problems.push(Problem::at(node.place, message, "these parameters"));
-            Value::Null
+            Problem::at(node.place, message, "these parameters")
         }
-    }
+    };
+    problems.push(problem);
+    Value::Null
 }

@@ -6,11 +6,13 @@
 
 mod held;
 mod open;
+mod pool;
 mod read;
 mod settle;
 mod start;
 mod task;
 
+pub use pool::Pool;
 pub use task::panic_text;
 
 use super::{
@@ -204,7 +206,7 @@ pub struct Schedule<'a> {
     flying: BTreeMap<Digest, Vec<RunId>>,
     running: usize,
     held: Held,
-    pool: &'a rayon::ThreadPool,
+    pool: &'a Pool,
     answers: (mpsc::Sender<Answer>, mpsc::Receiver<Answer>),
     /// Values set aside, and how often.
     lost: BTreeMap<Digest, u32>,
@@ -225,7 +227,7 @@ pub struct Setting<'a> {
     pub profile: &'a mut Profile,
     pub previous: &'a BakeRecord,
     pub trust: Trust,
-    pub pool: &'a rayon::ThreadPool,
+    pub pool: &'a Pool,
     pub wanted: &'a [bool],
     pub forced: BTreeSet<usize>,
     pub jobs: usize,

@@ -93,6 +93,14 @@ impl Schedule<'_> {
         let found = self.look_up(n, &key)?;
         let (state, cause) = self.judge(n, &key, found.is_some());
         self.nodes[n].runs.clear();
+        if found.is_none()
+            && let Some(old) = self.previous_trace(n).filter(|t| !t.mapped).map(|t| t.key)
+        {
+            // What it is about to make is mostly what it made last time.
+            for (_, record) in self.cache.runs(&old)? {
+                self.cache.note_indexed(&record);
+            }
+        }
         if let (Some((variant, record)), State::Hit) = (&found, state) {
             if self.previous_trace(n).is_none_or(|t| t.key != key || t.variant != *variant) {
                 self.cache.touch_run(key);

@@ -1,7 +1,14 @@
 //! Starting runs: a slot, memory, the key's lock, one more look at the index, the inputs' bytes, and off.
 
 use super::{Cause, Run, RunId, Schedule, State, Waiter, open::sizes, task};
-use crate::engine::{elements::Taken, error::EngineError, hash::Digest, plan::OutputRef, value::shown};
+use crate::engine::{
+    cache::Stored,
+    elements::Taken,
+    error::EngineError,
+    hash::Digest,
+    plan::OutputRef,
+    value::{ValueRef, shown},
+};
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
     sync::Arc,
@@ -120,25 +127,30 @@ impl Schedule<'_> {
         let mut inputs = Vec::with_capacity(taken.len());
         for (port, taken) in taken.into_iter().enumerate() {
             let shared = self.nodes[id.node].binding.as_ref().is_some_and(|b| b.is_shared(port, node.axes.len()));
-            let mut load = |this: &mut Self, hash: Digest| -> Result<Option<Load>, EngineError> {
-                if let Some(data) = this.held.get(&hash) {
-                    return Ok(Some(Load { hash, from: From::Data(data), verified: true, share: false }));
+            let mut load = |hash: Digest, stored: Option<Stored>| {
+                if let Some(data) = self.held.get(&hash) {
+                    return Some(Load { hash, from: From::Data(data), verified: true, share: false });
                 }
-                let Some(stored) = this.cache.value(&hash)? else {
+                let Some(stored) = stored else {
                     lost.push((port, hash, "it is no longer in the cache".to_owned()));
-                    return Ok(None);
+                    return None;
                 };
-                let verified = this.cache.is_verified(&hash);
-                Ok(Some(Load::new(hash, stored, verified, shared)))
+                Some(Load::new(hash, stored, self.cache.is_verified(&hash), shared))
             };
             inputs.push(match taken {
                 Taken::Absent => TaskSlot::Absent,
-                Taken::One(v) => load(self, v.hash)?.map_or(TaskSlot::Absent, TaskSlot::One),
+                Taken::One(v) => {
+                    let held = self.held.get(&v.hash).is_some();
+                    let stored = if held { None } else { self.cache.value(&v.hash)? };
+                    load(v.hash, stored).map_or(TaskSlot::Absent, TaskSlot::One)
+                }
                 Taken::Many(list) => {
-                    let mut many = Vec::with_capacity(list.len());
-                    for (name, v) in list {
-                        many.extend(load(self, v.hash)?.map(|l| (shown(&name), l)));
-                    }
+                    let wanted = list.iter().map(|(_, v)| v.hash).filter(|hash| self.held.get(hash).is_none());
+                    let stored = self.cache.values(wanted)?;
+                    let row = |(name, v): (Arc<str>, ValueRef)| {
+                        Some((shown(&name), load(v.hash, stored.get(&v.hash).cloned())?))
+                    };
+                    let mut many: Vec<_> = list.into_iter().filter_map(row).collect();
                     // Names of several axes sort otherwise once they are joined for display.
                     many.sort_by(|a, b| a.0.cmp(&b.0));
                     TaskSlot::Many(many)
@@ -148,6 +160,7 @@ impl Schedule<'_> {
         if !lost.is_empty() {
             return self.wait_for(id, lost);
         }
+        let pool = self.pool.get().map_err(|e| EngineError::cache(self.cache.root(), format!("no threads: {e}")))?;
         let element = self.run_mut(id).name.clone();
         let spec = node.kind.spec();
         let state = &mut self.nodes[id.node];
@@ -172,7 +185,7 @@ impl Schedule<'_> {
             *lane = Some(id);
         }
         let answer = self.answers.0.clone();
-        self.pool.spawn(move || {
+        pool.spawn(move || {
             // Nobody listens only if the schedule itself has ended by a panic.
             let _ = answer.send((id, task::perform(task)));
         });

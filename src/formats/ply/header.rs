@@ -39,6 +39,8 @@ pub(super) struct Element {
 pub(super) struct Header {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
+    /// Names in comments `TextureFile NAME`, which MeshLab and others write.
+    pub textures: Vec<String>,
 }
 
 impl Kind {
@@ -85,6 +87,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Header, usize), Fault> {
     let mut number = 0;
     let mut encoding = None;
     let mut elements: Vec<Element> = Vec::new();
+    let mut textures = Vec::new();
     loop {
         number += 1;
         let fault = |what: String| (format!("header line {number}"), what);
@@ -105,6 +108,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Header, usize), Fault> {
                     _ => return Err(fault(format!("unknown format `{kind}`"))),
                 })
             }
+            ["comment", "TextureFile", ref name @ ..] => textures.push(name.join(" ")),
             ["comment", ..] | ["obj_info", ..] | [] => {}
             ["element", name, count] => {
                 let count = count.parse().map_err(|_| fault(format!("`{count}` is no count")))?;
@@ -130,5 +134,5 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Header, usize), Fault> {
         }
     }
     let encoding = encoding.ok_or_else(|| ("header".to_owned(), "no format".to_owned()))?;
-    Ok((Header { encoding, elements }, at))
+    Ok((Header { encoding, elements, textures }, at))
 }

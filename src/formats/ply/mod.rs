@@ -3,7 +3,7 @@
 //! Own reader: the crates there are keep every value in a map of its own, tens of times the file's size, or trust the header's counts.
 //! Known properties: vertex `x y z`, `nx ny nz`, `red green blue alpha` (integers as fractions of their maximum; sRGB,
 //! as scanners and viewers write it), `s t`, `u v`, `texture_u texture_v` (v up); face `vertex_indices` or `vertex_index`, polygons fanned
-//! into triangles; `tristrips`. Everything else is skipped.
+//! into triangles; `tristrips`. Everything else is skipped, of textures it is said.
 
 mod body;
 mod header;
@@ -22,6 +22,10 @@ pub(super) fn read(loader: &mut Loader, file: &Path, bytes: Bytes) -> Result<Vec
     let all: &[u8] = (*bytes).as_ref();
     let (header, start) = header::parse(all).map_err(|(place, what)| FormatError::invalid(file, place, what))?;
     let name = file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    if !header.textures.is_empty() {
+        let names = header.textures.join(", ");
+        loader.warn(file, format!("textures of PLY files are left out: {names}; as glTF or OBJ the model keeps them"));
+    }
     let mut mesh = Mesh::default();
     let mut body = Body::new(&all[start..], &header, loader.stop);
     for element in &header.elements {

@@ -117,3 +117,16 @@ fn a_truncated_file_is_an_error_wherever_it_ends() {
         }
     }
 }
+
+#[test]
+fn textures_are_left_out_with_a_warning() {
+    let text = "ply\nformat ascii 1.0\ncomment TextureFile red brick.png\ncomment by hand\nelement vertex 3\n\
+                property float x\nproperty float y\nproperty float z\nelement face 1\n\
+                property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let (scene, warnings) = Memory::of([("a.ply", text.as_bytes())]).load("a.ply");
+    assert_eq!(scene.unwrap().objects.len(), 1);
+    assert!(
+        matches!(&warnings[..], [one] if one.starts_with("a.ply: ") && one.contains("red brick.png")),
+        "{warnings:?}"
+    );
+}
