@@ -5,22 +5,26 @@ use farfield::{
     engine::{
         bake::{Outcome, bake},
         events::Silent,
+        plan::Plan,
     },
     math::Stop,
 };
 use serde_json::json;
 use std::fs;
 
+/// Publishes two elements, `a` and `name`, as `file`.
+fn two_files(name: &str, file: &str) -> Plan {
+    let mut b = Builder::default();
+    let list = b.node::<MakeList>("list", json!({ "names": ["a", name], "values": [1, 2] }), &[]);
+    let print = b.node::<Print>("print", json!({}), &[From::Node(list)]);
+    b.file(file, print);
+    b.plan()
+}
+
 #[test]
 fn out_is_mended_and_only_our_files_go() {
     let t = Bench::new();
-    let build = |name: &str| {
-        let mut b = Builder::default();
-        let list = b.node::<MakeList>("list", json!({ "names": ["a", name], "values": [1, 2] }), &[]);
-        let print = b.node::<Print>("print", json!({}), &[From::Node(list)]);
-        b.file("deep/{name}.txt", print);
-        b.plan()
-    };
+    let build = |name: &str| two_files(name, "deep/{name}.txt");
     ok(&t.bake(&build("b")));
     let before = tree(&t.path("out"));
     fs::write(t.path("out/test/deep/a.txt"), "edited").unwrap();
@@ -43,13 +47,7 @@ fn out_is_mended_and_only_our_files_go() {
 #[test]
 fn names_cannot_leave_the_output_folder() {
     let t = Bench::new();
-    let build = |name: &str| {
-        let mut b = Builder::default();
-        let list = b.node::<MakeList>("list", json!({ "names": ["a", name], "values": [1, 2] }), &[]);
-        let print = b.node::<Print>("print", json!({}), &[From::Node(list)]);
-        b.file("{name}.txt", print);
-        b.plan()
-    };
+    let build = |name: &str| two_files(name, "{name}.txt");
     for bad in ["..", "../x", "x/y", "A", "con", "x:y"] {
         let e = bake(&build(bad), &t.options(), &Stop::default(), &Silent).unwrap_err();
         assert!(e.exit_code() == 1 && e.to_string().contains("cannot publish"), "{bad}: {e}");

@@ -201,9 +201,10 @@ impl Surface {
         let (Some(i), Some(j)) = (first, last) else { return Link::Forbidden };
         // An edge on a seam between frusta must stay on the boundary.
         let on_seam = self.locked[b as usize] && self.locked[x as usize];
-        match closed && closes(i, j, ring.len(), topology.is_boundary(x)) && !on_seam {
-            true => Link::Closes(x),
-            false => Link::Forbidden,
+        if closed && closes(i, j, ring.len(), topology.is_boundary(x)) && !on_seam {
+            Link::Closes(x)
+        } else {
+            Link::Forbidden
         }
     }
 }

@@ -6,9 +6,9 @@
 //! (quarter pixels and layers) within the box around it.
 //!
 //! The paper moves one end of an edge onto the other, on whatever mesh that makes. Here meshes stay manifolds, and where that
-//! alone would forbid too much: holes smaller than the tolerance are closed (`close`),
-//! parts that others cover go (`drop`), a vertex goes together with all its faces (`remove`), and both ends of an
-//! edge move to a third place (`merge`). All pass the same test.
+//! alone would forbid too much: holes smaller than the tolerance are closed (`close`), parts that others cover go (`drop`), a
+//! vertex goes together with all its faces (`remove`), and both ends of an edge move to a third place (`merge`). All pass the
+//! same test.
 
 mod close;
 mod contract;

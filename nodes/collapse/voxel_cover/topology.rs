@@ -125,10 +125,10 @@ impl Topology {
     pub fn close(&mut self, b: u32, x: u32) {
         let mut star = Vec::new();
         self.star(b, &mut star);
-        let leaving = star.iter().filter(|c| self.at(next(**c)) == x).map(|c| prev(*c));
-        let coming = star.iter().filter(|c| self.at(prev(**c)) == x).map(|c| next(*c));
         let open = |c: &u32| self.opposite[*c as usize] == NONE;
-        if let (Some(l), Some(c)) = (leaving.clone().find(open), coming.clone().find(open)) {
+        let leaving = star.iter().filter(|c| self.at(next(**c)) == x).map(|c| prev(*c)).find(open);
+        let coming = star.iter().filter(|c| self.at(prev(**c)) == x).map(|c| next(*c)).find(open);
+        if let (Some(l), Some(c)) = (leaving, coming) {
             self.opposite[l as usize] = c;
             self.opposite[c as usize] = l;
         }
