@@ -70,7 +70,7 @@ pub struct RenderSlices;
 
 impl Node for RenderSlices {
     const KIND: &'static str = "render-slices";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Params = Params;
     type In = In;
     type Out = Out;

@@ -89,6 +89,7 @@ pub fn voxel(x: u32, y: u32, layer: u32) -> Voxel {
         y: y as u16,
         layer: layer as u16,
         ring: 0,
+        inside: 0,
         color: [shade, shade / 2, 128, 255],
         normal: [0, 0],
         object: 0,

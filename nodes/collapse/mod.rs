@@ -62,7 +62,7 @@ pub struct Collapse;
 
 impl Node for Collapse {
     const KIND: &'static str = "collapse";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     /// meshoptimizer is C++; the default policy gives the same bytes on every machine.
     const NATIVE_WHEN: Option<(&'static str, &'static str)> = Some(("policy", "quadric"));
     type Params = Params;

@@ -147,7 +147,16 @@ mod tests {
     }
 
     fn field() -> Field {
-        let voxel = |layer, y, x, object| Voxel { x, y, layer, ring: 0, color: [1, 2, 3, 255], normal: [0, 0], object };
+        let voxel = |layer, y, x, object| Voxel {
+            x,
+            y,
+            layer,
+            ring: 0,
+            inside: 0,
+            color: [1, 2, 3, 255],
+            normal: [0, 0],
+            object,
+        };
         Field {
             frustum: 1,
             voxels: vec![voxel(0, 1, 2, 1), voxel(0, 2, 1, 0), voxel(1, 0, 0, 1)].into(),

@@ -148,7 +148,7 @@ fn buckets(count: usize, keys: impl Iterator<Item = u32> + Clone) -> Buckets {
 
 /// Gives every fan but the first around a vertex a vertex of its own. Returns, for the vertices added
 /// (numbered from `vertex_count`), the one that each is a copy of.
-fn split_bow_ties(faces: &mut [[u32; 3]], vertex_count: usize, stop: &Stop) -> Result<Vec<u32>, Stopped> {
+pub fn split_bow_ties(faces: &mut [[u32; 3]], vertex_count: usize, stop: &Stop) -> Result<Vec<u32>, Stopped> {
     let corners = buckets(vertex_count, faces.iter().flatten().copied());
     let mut copies = Vec::new();
     let mut fan = Vec::new();

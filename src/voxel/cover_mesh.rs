@@ -1,11 +1,13 @@
 //! The meshing operator: triangles that cover a layered voxel field (Jeschke and Wimmer 2002, section 5).
 //!
 //! Every voxel has four vertices at the quarter points of its pixel. A *previous* layer is the nearer one. Three phases
-//! (figures 9 to 11), and one of our own, make quads:
+//! (figures 9 to 11), and two of our own, make quads:
 //! (a) in the current layer, over one, two or four neighbouring voxels, where the previous layer leaves one of them open;
-//! (b) walls between a voxel and the one before it, towards each side that is open in the previous layer;
+//! (b) walls between a voxel and the one before it, towards each side that is open in the previous layer, unless what
+//!     is open there is hidden: the paper builds these walls too, the far side of every steep surface;
 //! (c) walls that join those of two neighbours;
-//! (d) over a voxel that no other face names.
+//! (d) over a voxel that no other face names;
+//! (e) slanted walls from a voxel whose surface draws back behind it to the next one inwards and a layer farther.
 //!
 //! What always holds: every voxel is named by a face that touches it; an edge has at most two faces, of opposite direction;
 //! around a vertex there is one fan of faces; faces in a layer are counter-clockwise seen from the cell's centre and walls
@@ -90,6 +92,8 @@ pub(super) struct Sites {
     size: [i32; 2],
     sites: Vec<Site>,
     own: usize,
+    /// Per own site: sides that nothing seen faces ([`Voxel::inside`]).
+    inside: Vec<u8>,
 }
 
 impl Sites {
@@ -122,12 +126,17 @@ impl Sites {
         if sites.len() > (u32::MAX / 8) as usize {
             return Err(CoverError::Size(field.frustum));
         }
-        Ok(Self { size, sites, own })
+        Ok(Self { size, sites, own, inside: field.voxels.iter().map(|v| v.inside).collect() })
     }
 
     /// Whether the site is a voxel of this field.
     pub(super) fn is_own(&self, site: u32) -> bool {
         (site as usize) < self.own
+    }
+
+    /// Whether the place on that side of the site, if it is empty, faces something that is seen.
+    fn faces(&self, site: u32, side: Side) -> bool {
+        self.inside.get(site as usize).is_none_or(|inside| inside >> side as u8 & 1 == 0)
     }
 
     pub(super) fn own_count(&self) -> usize {
@@ -330,40 +339,64 @@ fn faces_of(sites: &Sites, cur: &Grid, prev: &Grid, c: u32, quads: &mut Vec<Quad
         push([(c, BR), (d, TR), (e, TL), (r, BL)], [c, r, d, e]);
     }
     let Some(p) = p else { return };
-    // (b) A wall leaves the previous layer from `first` to `second`, seen from the open side from left to right.
+    // From the nearer layer to this one, from `first` to `second`, seen from the open side from left to right.
     let mut wall = |first: (u32, u32, u32), second: (u32, u32, u32)| {
         let ((c1, p1, k1), (c2, p2, k2)) = (first, second);
-        push([(p1, k1), (p2, k2), (c2, k2), (c1, k1)], [p1, c1, p2, c2]);
+        // A slanted face touches no voxels but those of its corners: of two halves, both name what both touch.
+        let far = |p: u32, c: u32| {
+            (sites.sites[p as usize].x, sites.sites[p as usize].y)
+                != (sites.sites[c as usize].x, sites.sites[c as usize].y)
+        };
+        let covers = if far(p1, c1) { [p1, c2, c2, c2] } else { [p1, c1, p2, c2] };
+        push([(p1, k1), (p2, k2), (c2, k2), (c1, k1)], covers);
     };
-    if own(c) {
-        if p_right.is_none() {
-            wall((c, p, TR), (c, p, BR));
+    // The previous layer's sites that a wall of `site` towards `side` may begin at: the one before it, (b), or the one
+    // beside that, (e).
+    let before = |site: u32, side: Side| {
+        let Site { x, y, .. } = sites.sites[site as usize];
+        let [i, j] = side.step();
+        let (p, beside) = (prev.at(x, y)?, prev.at(x + i, y + j));
+        match beside {
+            None => sites.faces(p, side).then_some(Wall::Straight(p)),
+            Some(b) => {
+                let ends = cur.at(x + i, y + j).is_none() && prev.at(x + 2 * i, y + 2 * j).is_none();
+                // On a seam the other frustum could not tell.
+                let here = [site, p, b].into_iter().all(own);
+                (ends && here && sites.faces(site, side)).then_some(Wall::Receding(b))
+            }
         }
-        if prev.at(x - 1, y).is_none() {
-            wall((c, p, BL), (c, p, TL));
+    };
+    for (side, k1, k2) in WALLS {
+        let here = before(c, side);
+        match here {
+            Some(Wall::Straight(p) | Wall::Receding(p)) if own(c) => wall((c, p, k1), (c, p, k2)),
+            _ => {}
         }
-        if prev.at(x, y - 1).is_none() {
-            wall((c, p, TL), (c, p, TR));
-        }
-        if p_down.is_none() {
-            wall((c, p, BR), (c, p, BL));
+        // (c) Between the walls of two neighbours.
+        let (next, ahead) = if matches!(side, Side::Top | Side::Bottom) { (right, p_right) } else { (down, p_down) };
+        let (Some(n), Some(pn)) = (next, ahead) else { continue };
+        let ends = match (here, before(n, side)) {
+            (Some(Wall::Receding(a)), Some(Wall::Receding(b))) => [a, b],
+            (Some(Wall::Straight(_)), _) | (_, Some(Wall::Straight(_))) => [p, pn],
+            _ => continue,
+        };
+        if matches!(side, Side::Top | Side::Right) {
+            wall((c, ends[0], k2), (n, ends[1], k1));
+        } else {
+            wall((n, ends[1], k2), (c, ends[0], k1));
         }
     }
-    // (c) Walls between the walls of two neighbours.
-    if let (Some(r), Some(pr)) = (right, p_right) {
-        if prev.at(x, y - 1).is_none() || prev.at(x + 1, y - 1).is_none() {
-            wall((c, p, TR), (r, pr, TL));
-        }
-        if p_down.is_none() || p_diagonal.is_none() {
-            wall((r, pr, BL), (c, p, BR));
-        }
-    }
-    if let (Some(d), Some(pd)) = (down, p_down) {
-        if p_right.is_none() || p_diagonal.is_none() {
-            wall((c, p, BR), (d, pd, TR));
-        }
-        if prev.at(x - 1, y).is_none() || prev.at(x - 1, y + 1).is_none() {
-            wall((d, pd, TL), (c, p, BL));
-        }
-    }
+}
+
+/// Walls by the side that they face: their corners from left to right.
+const WALLS: [(Side, u32, u32); 4] =
+    [(Side::Right, TR, BR), (Side::Left, BL, TL), (Side::Top, TL, TR), (Side::Bottom, BR, BL)];
+
+/// Where a wall begins in the previous layer.
+#[derive(Clone, Copy)]
+enum Wall {
+    /// At the same pixel.
+    Straight(u32),
+    /// A pixel further out: the surface draws back from layer to layer.
+    Receding(u32),
 }

@@ -3,7 +3,7 @@
 //! Every frustum has its own *voxel space*: x to the right, y down, in pixels of the frustum's image, z the layer
 //! number, 0 the nearest. One step of a layer and one pixel have the same length there (section 4.3).
 
-mod assemble;
+pub mod assemble;
 pub mod cover_mesh;
 pub mod field_scene;
 pub mod frusta;
@@ -82,6 +82,18 @@ pub enum Side {
     Bottom = 3,
 }
 
+impl Side {
+    /// Pixels to the neighbour on that side, right and down.
+    pub fn step(self) -> [i32; 2] {
+        match self {
+            Side::Left => [-1, 0],
+            Side::Right => [1, 0],
+            Side::Top => [0, -1],
+            Side::Bottom => [0, 1],
+        }
+    }
+}
+
 /// One visible voxel. Order: by (layer, y, x).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
@@ -90,7 +102,10 @@ pub struct Voxel {
     pub y: u16,
     pub layer: u16,
     /// 0: visible. Otherwise hidden, and part of the skirt: so many steps from the next visible voxel.
-    pub ring: u16,
+    pub ring: u8,
+    /// Bit [`Side`] is set where the neighbour on that side of the layer lies deeper among what is hidden than this voxel:
+    /// nothing that is seen faces it.
+    pub inside: u8,
     /// sRGB colour, alpha 255.
     pub color: [u8; 4],
     /// Unit normal in world space, octahedral, scaled to ±32767; (0, 0, 1) where unknown.

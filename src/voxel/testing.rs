@@ -30,7 +30,7 @@ pub fn slices() -> Slices {
 }
 
 pub fn voxel(x: u16, y: u16, layer: u16, rgb: [u8; 3]) -> Voxel {
-    Voxel { x, y, layer, ring: 0, color: [rgb[0], rgb[1], rgb[2], 255], normal: [0, 0], object: 0 }
+    Voxel { x, y, layer, ring: 0, inside: 0, color: [rgb[0], rgb[1], rgb[2], 255], normal: [0, 0], object: 0 }
 }
 
 /// A colour that differs from voxel to voxel.

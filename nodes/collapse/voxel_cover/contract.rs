@@ -131,17 +131,14 @@ impl Surface {
             return false;
         }
         self.cover.collect(s.star.iter().map(|c| c / 3));
-        if let Link::Closes(x) = s.link {
-            let corners = [a, b, x].map(|v| self.points[v as usize]);
-            if !self.cover.holds_face(corners) {
-                return false;
-            }
-        } else if let Some(end) = other_end
-            && !self.cover.holds_edge(self.points[end as usize], self.points[b as usize])
-        {
+        if !self.cover.keeps(&s.new) {
             return false;
         }
-        self.cover.keeps(&s.new)
+        match (s.link, other_end) {
+            (Link::Closes(x), _) => self.cover.holds_face([a, b, x].map(|v| self.points[v as usize])),
+            (_, Some(end)) => self.cover.holds_edge(self.points[end as usize], self.points[b as usize]),
+            _ => true,
+        }
     }
 
     /// Whether `a` can move onto `b` so that what is left is a manifold.
@@ -161,6 +158,10 @@ impl Surface {
         topology.ring(b, &s.other, &mut s.ring_b);
         for &v in &s.ring_a {
             s.marks[v as usize] = s.attempt;
+        }
+        // Of a tetrahedron two faces would be left, back to back.
+        if !topology.is_boundary(a) && !topology.is_boundary(b) && s.ring_a.len() <= 3 && s.ring_b.len() <= 3 {
+            return Link::Forbidden;
         }
         let shared = s.ring_b.iter().filter(|v| s.marks[**v as usize] == s.attempt).count();
         if shared == vanish {

@@ -76,11 +76,20 @@ impl Cover {
         }
     }
 
+    /// Centres of the collected visible voxels.
+    pub fn collected(&self) -> impl Iterator<Item = &Point> {
+        self.voxels.iter().filter(|v| self.visible[**v as usize]).map(|v| &self.centres[*v as usize])
+    }
+
     /// Whether the collected voxels' boxes hold the whole edge a–b (figure 14).
     pub fn holds_edge(&mut self, a: Point, b: Point) -> bool {
         self.intervals.clear();
+        let [low, high] = [f64::min, f64::max].map(|f| -> Point { std::array::from_fn(|i| f(a[i], b[i])) });
         for v in &self.voxels {
-            self.intervals.extend(interval(a, b, &self.centres[*v as usize], self.half));
+            let c = &self.centres[*v as usize];
+            if (0..3).all(|i| low[i] - self.half <= c[i] && c[i] <= high[i] + self.half) {
+                self.intervals.extend(interval(a, b, c, self.half));
+            }
         }
         cover_unit(&mut self.intervals)
     }
@@ -141,6 +150,11 @@ impl Cover {
             }
         }
         Naming { start, faces }
+    }
+
+    /// Room for one more face.
+    pub fn push_face(&mut self) {
+        self.lists.push((0, 0));
     }
 
     /// A new face among those that stay: it covers what it touches of the collected voxels.

@@ -101,7 +101,7 @@ struct Parts {
 }
 
 /// The voxel itself and those that touch it, if only at a corner; `voxels` are sorted by layer, y and x.
-fn neighbours(voxels: &[Voxel], v: u32) -> impl Iterator<Item = u32> {
+pub fn neighbours(voxels: &[Voxel], v: u32) -> impl Iterator<Item = u32> {
     let at = |v: &Voxel| (i32::from(v.layer), i32::from(v.y), i32::from(v.x));
     let (layer, y, x) = at(&voxels[v as usize]);
     (0..9).flat_map(move |k| {

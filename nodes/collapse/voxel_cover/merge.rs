@@ -70,8 +70,8 @@ impl Surface {
                 !keeps_side(old, moved)
             });
             if turned
-                || !rims.iter().all(|v| self.cover.holds_edge(self.points[*v as usize], place))
                 || !self.cover.keeps(&new)
+                || !rims.iter().all(|v| self.cover.holds_edge(self.points[*v as usize], place))
             {
                 continue;
             }

@@ -6,17 +6,22 @@
 //! (quarter pixels and layers) within the box around it.
 //!
 //! The paper moves one end of an edge onto the other, on whatever mesh that makes. Here meshes stay manifolds, and where that
-//! alone would forbid too much: holes smaller than the tolerance are closed (`close`), parts that others cover go (`drop`), a
-//! vertex goes together with all its faces (`remove`), and both ends of an edge move to a third place (`merge`). All pass the
-//! same test.
+//! alone would forbid too much: slits and holes smaller than the tolerance are closed (`notch`, `close`), parts that others
+//! cover go (`drop`), a vertex goes together with all its faces (`remove`), and both ends of an edge move to a third place
+//! (`merge`). In the end each vertex moves to where the surface fits best (`settle`), and gaps that are left are looked for and
+//! patched (`gaps`, `patch`). All pass the same test.
 
 mod close;
 mod contract;
 mod cover;
 mod drop;
+mod gaps;
 mod merge;
+mod notch;
+mod patch;
 mod queue;
 mod remove;
+mod settle;
 #[cfg(test)]
 mod tests;
 mod topology;
@@ -34,6 +39,13 @@ use topology::{Topology, next, prev};
 
 /// Simplifies `mesh`; boxes of voxels are enlarged by `factor` (at least 1).
 pub fn simplify(mesh: &VoxelMesh, factor: f64, stop: &Stop) -> Result<VoxelMesh, Stopped> {
+    let mut simple = reduce(mesh, factor, stop)?;
+    patch::patch(mesh, &mut simple, factor, stop)?;
+    Ok(simple)
+}
+
+/// Simplifies without looking for gaps.
+fn reduce(mesh: &VoxelMesh, factor: f64, stop: &Stop) -> Result<VoxelMesh, Stopped> {
     let mut surface = Surface {
         topology: Topology::new(mesh.vertices.len(), &mesh.faces),
         cover: Cover::new(&mesh.voxels, 2.0 * factor, &mesh.cover_start, mesh.cover.to_vec()),
@@ -45,6 +57,7 @@ pub fn simplify(mesh: &VoxelMesh, factor: f64, stop: &Stop) -> Result<VoxelMesh,
         scratch: Default::default(),
     };
     surface.drop_parts(&mesh.voxels, stop)?;
+    surface.fill_notches(stop)?;
     let all = Triangulations::new();
     let (mut passed, mut merged) = (0, 0);
     loop {
@@ -64,6 +77,7 @@ pub fn simplify(mesh: &VoxelMesh, factor: f64, stop: &Stop) -> Result<VoxelMesh,
             break;
         }
     }
+    surface.settle(stop)?;
     Ok(gather(&surface, mesh, factor))
 }
 
@@ -167,7 +181,7 @@ fn gather(surface: &Surface, mesh: &VoxelMesh, factor: f64) -> VoxelMesh {
     let mut number = vec![u32::MAX; surface.points.len()];
     let (mut vertices, mut flags, mut faces) = (Vec::new(), Vec::new(), Vec::new());
     let (mut cover_start, mut cover) = (vec![0], Vec::new());
-    for face in (0..mesh.faces.len() as u32).filter(|f| topology.is_live(*f)) {
+    for face in (0..topology.vertex.len() as u32 / 3).filter(|f| topology.is_live(*f)) {
         faces.push(topology.corners(face).map(|v| {
             let slot = &mut number[v as usize];
             if *slot == u32::MAX {

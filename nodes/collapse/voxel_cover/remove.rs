@@ -65,6 +65,14 @@ impl Surface {
         if !(3..=MOST_SIDES).contains(&n) {
             return false;
         }
+        // Of a tetrahedron two faces would be left, back to back.
+        if n == 3 && !boundary && !self.topology.is_boundary(ring[0]) {
+            let mut other = Vec::new();
+            self.topology.star(ring[0], &mut other);
+            if other.len() == 3 {
+                return false;
+            }
+        }
         self.cover.collect(star.iter().map(|c| c / 3));
         let points: Vec<Point> = ring.iter().map(|v| self.points[*v as usize]).collect();
         let on_seam = |v: u32| self.locked[v as usize];

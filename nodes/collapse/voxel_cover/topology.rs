@@ -225,6 +225,13 @@ impl Topology {
         false
     }
 
+    /// A dead slot for one more face.
+    pub fn push_face(&mut self) -> u32 {
+        self.vertex.extend([NONE; 3]);
+        self.opposite.extend([NONE; 3]);
+        self.vertex.len() as u32 / 3 - 1
+    }
+
     /// Fills (part of) a hole: `faces` go into dead slots; each edge of theirs lies on the boundary or between two of them.
     pub fn fill(&mut self, slots: &[u32], faces: &[[u32; 3]]) {
         for (face, slot) in faces.iter().zip(slots) {

@@ -40,6 +40,8 @@ pub struct Band {
     pub masks: Vec<u64>,
     /// Those of the pixels to keep that are hidden.
     pub hidden: Vec<u64>,
+    /// For each row of `masks` four: those whose neighbour on each side is hidden deeper.
+    pub inside: Vec<u64>,
 }
 
 /// Where a visit finds surface.
@@ -63,6 +65,7 @@ impl Band {
                 active: Vec::new(),
                 masks: Vec::new(),
                 hidden: Vec::new(),
+                inside: Vec::new(),
             })
             .collect();
         let mut order: Vec<u32> = (0..items.len() as u32).collect();
@@ -102,6 +105,7 @@ impl Band {
             mask::set_range(&mut masks[row..row + words], x0 as u32, x1 as u32);
         })?;
         self.hidden.resize(masks.len(), 0);
+        self.inside.resize(4 * masks.len(), 0);
         self.masks = masks;
         Ok(())
     }

@@ -12,7 +12,6 @@ use rayon::prelude::*;
 /// H and a place for S ∪ H, for every frustum.
 pub struct Hidden {
     images: Vec<Image>,
-    skirt: u32,
 }
 
 struct Image {
@@ -20,14 +19,17 @@ struct Image {
     across: [Option<Across>; 4],
     hidden: Vec<u64>,
     union: Vec<u64>,
-    /// H eroded `skirt` times.
-    deep: Vec<u64>,
+    /// H eroded 1, 2, … `skirt` times: what is hidden deeper.
+    deeper: Vec<Vec<u64>>,
 }
 
-/// Rows of a band in one layer, without apron: S_k, of which the voxels to keep are left, and room for the hidden ones among them.
+/// Rows of a band in one layer, without apron: S_k, of which the voxels to keep are left, and room for what is known of them.
 pub struct Rows<'a> {
     pub filled: &'a mut [u64],
+    /// Those that are hidden.
     pub hidden: &'a mut [u64],
+    /// For each row one row per [`Side`]: those whose neighbour there is hidden deeper.
+    pub inside: &'a mut [u64],
 }
 
 /// Rows that one task works on.
@@ -38,15 +40,16 @@ impl Hidden {
         let image = |f: &Frustum| {
             let shape = Shape::new(f.size[0], f.size[1]);
             let zeros = || shape.zeros();
-            Image { shape, across: f.across, hidden: zeros(), union: zeros(), deep: zeros() }
+            let deeper = (0..skirt).map(|_| zeros()).collect();
+            Image { shape, across: f.across, hidden: zeros(), union: zeros(), deeper }
         };
-        Self { images: frusta.iter().map(image).collect(), skirt }
+        Self { images: frusta.iter().map(image).collect() }
     }
 
     /// Takes S_k out of `bands[frustum][band]` ([`BAND`] rows each) and leaves the pixels to keep there; H_k becomes H_{k+1}.
     pub fn step(&mut self, bands: &mut [Vec<Rows>]) {
         for (image, bands) in self.images.iter_mut().zip(bands) {
-            image.deepen(self.skirt);
+            image.deepen();
             image.unite(bands);
         }
         let aprons: Vec<_> = (0..self.images.len()).map(|i| self.apron(i)).collect();
@@ -70,26 +73,44 @@ impl Hidden {
 }
 
 impl Image {
-    /// Sets `deep`; `union` is scratch.
-    fn deepen(&mut self, skirt: u32) {
-        self.deep.copy_from_slice(&self.hidden);
-        for _ in 0..skirt {
-            self.union.copy_from_slice(&self.deep);
-            erode(self.shape, &self.union, &mut self.deep);
+    fn deepen(&mut self) {
+        let mut from = &self.hidden;
+        for deeper in &mut self.deeper {
+            erode(self.shape, from, deeper);
+            from = deeper;
         }
     }
 
     fn unite(&mut self, bands: &mut [Rows]) {
         let n = self.shape.words;
         let rows = n..n * (self.shape.height as usize + 1);
-        let union = self.union[rows.clone()].par_chunks_mut(n * BAND);
-        let known = self.hidden[rows.clone()].par_chunks(n * BAND).zip(self.deep[rows].par_chunks(n * BAND));
-        union.zip(known).zip(bands.par_iter_mut()).for_each(|((union, (hidden, deep)), rows)| {
+        let (hidden, deeper) = (&self.hidden, &self.deeper);
+        let union = self.union[rows].par_chunks_mut(n * BAND);
+        union.zip(bands.par_iter_mut()).enumerate().for_each(|(band, (union, rows))| {
+            let deepest = deeper.last().unwrap_or(hidden);
             for (i, u) in union.iter_mut().enumerate() {
-                let s = &mut rows.filled[i];
-                *u = *s | hidden[i];
-                *s &= !deep[i];
-                rows.hidden[i] = *s & hidden[i];
+                let at = n + band * n * BAND + i;
+                let s = rows.filled[i];
+                *u = s | hidden[at];
+                let kept = s & !deepest[at];
+                rows.filled[i] = kept;
+                rows.hidden[i] = kept & hidden[at];
+                // As deep as the voxel itself, and deeper: visible and hidden, hidden and hidden deeper, …
+                let mut inside = [0; 4];
+                let mut here = kept;
+                for deep in std::iter::once(hidden).chain(deeper) {
+                    let rest = here & deep[at];
+                    here &= !deep[at];
+                    let left = deep[at] << 1 | if i % n > 0 { deep[at - 1] >> 63 } else { 0 };
+                    let right = deep[at] >> 1 | if i % n + 1 < n { deep[at + 1] << 63 } else { 0 };
+                    for (side, beside) in [left, right, deep[at - n], deep[at + n]].into_iter().enumerate() {
+                        inside[side] |= here & beside;
+                    }
+                    here = rest;
+                }
+                for (side, inside) in inside.into_iter().enumerate() {
+                    rows.inside[(i / n * 4 + side) * n + i % n] = inside;
+                }
             }
         });
     }

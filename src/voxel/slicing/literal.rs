@@ -17,13 +17,10 @@ use crate::{
 };
 use glam::{DVec3, Mat4};
 use proptest::prelude::*;
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    sync::Arc,
-};
+use std::{collections::BTreeMap, sync::Arc};
 
-/// What the literal field holds of a voxel, by (layer, y, x): colour, object, ring.
-type Literal = BTreeMap<(u16, u16, u16), ([u8; 3], String, u16)>;
+/// What the literal field holds of a voxel, by (layer, y, x): colour, object, ring, inside.
+type Literal = BTreeMap<(u16, u16, u16), ([u8; 3], String, u8, u8)>;
 
 struct Face<'a> {
     slices: &'a Slices,
@@ -145,7 +142,7 @@ fn locate(slices: &Slices, i: usize, x: i64, y: i64) -> Option<(usize, usize)> {
     Some((k, (py.floor() as i64 * w + px.floor() as i64) as usize))
 }
 
-fn literal(scene: &Scene, geometry: &Geometry, slices: &Slices, n: u32, skirt: u16) -> Vec<Literal> {
+fn literal(scene: &Scene, geometry: &Geometry, slices: &Slices, n: u32, skirt: u8) -> Vec<Literal> {
     let soup = Soup::new(geometry, slices.cell.centre);
     let shader = Shader::new(geometry);
     let face = |(index, f)| {
@@ -164,14 +161,14 @@ fn literal(scene: &Scene, geometry: &Geometry, slices: &Slices, n: u32, skirt: u
     };
     let faces: Vec<_> = slices.frusta.iter().enumerate().map(face).collect();
     let pixels = |f: &Face| f.screen.width * f.screen.height;
-    let look = |f: &Face, layer: u16, x: u32, y: u32, ring: u16| {
+    let look = |f: &Face, layer: u16, x: u32, y: u32, ring: u8, inside: u8| {
         let (color, object) = f.color(&shader, layer, x, y);
-        (color, scene.objects[object as usize].name.clone(), ring)
+        (color, scene.objects[object as usize].name.clone(), ring, inside)
     };
     let mut hidden: Vec<Vec<bool>> = faces.iter().map(|f| vec![false; pixels(f) as usize]).collect();
     let mut out = vec![Literal::new(); faces.len()];
     // Filled voxels that are hidden, but not far from what is not.
-    let mut candidates = vec![BTreeSet::new(); faces.len()];
+    let mut candidates = vec![BTreeMap::new(); faces.len()];
     for layer in 0..slices.layers.len() as u16 {
         let filled: Vec<Vec<bool>> = faces
             .iter()
@@ -180,12 +177,19 @@ fn literal(scene: &Scene, geometry: &Geometry, slices: &Slices, n: u32, skirt: u
         for (k, f) in faces.iter().enumerate() {
             let (w, h, reach) = (f.screen.width as i64, f.screen.height as i64, i64::from(skirt));
             let shown = |x: i64, y: i64| x < 0 || y < 0 || x >= w || y >= h || !hidden[k][(y * w + x) as usize];
+            // Whether all pixels less than d away are hidden.
+            let deep = |x: i64, y: i64, d: i64| (1 - d..d).all(|j| (1 - d..d).all(|i| !shown(x + i, y + j)));
+            let inside = |x: i64, y: i64| {
+                let d = (1..).find(|d| !deep(x, y, *d)).unwrap_or(0);
+                let sides = [(-1, 0), (1, 0), (0, -1), (0, 1)];
+                (0..4).filter(|s| deep(x + sides[*s].0, y + sides[*s].1, d)).map(|s| 1 << s).sum::<u8>()
+            };
             for i in (0..pixels(f)).filter(|i| filled[k][*i as usize]) {
                 let (x, y) = (i64::from(i) % w, i64::from(i) / w);
                 if !hidden[k][i as usize] {
-                    out[k].insert((layer, y as u16, x as u16), look(f, layer, x as u32, y as u32, 0));
+                    out[k].insert((layer, y as u16, x as u16), look(f, layer, x as u32, y as u32, 0, inside(x, y)));
                 } else if (-reach..=reach).any(|dy| (-reach..=reach).any(|dx| shown(x + dx, y + dy))) {
-                    candidates[k].insert((layer, y as u16, x as u16));
+                    candidates[k].insert((layer, y as u16, x as u16), inside(x, y));
                 }
             }
         }
@@ -213,10 +217,10 @@ fn literal(scene: &Scene, geometry: &Geometry, slices: &Slices, n: u32, skirt: u
             };
             let last: Vec<_> = out[k].iter().filter(|(_, v)| v.2 == ring - 1).map(|(at, _)| *at).collect();
             let reached: Vec<_> =
-                candidates[k].iter().filter(|c| last.iter().any(|l| touches(c, l))).copied().collect();
+                candidates[k].keys().filter(|c| last.iter().any(|l| touches(c, l))).copied().collect();
             for at in reached {
-                candidates[k].remove(&at);
-                out[k].insert(at, look(f, at.0, at.2.into(), at.1.into(), ring));
+                let inside = candidates[k].remove(&at).unwrap();
+                out[k].insert(at, look(f, at.0, at.2.into(), at.1.into(), ring, inside));
             }
         }
     }
@@ -225,7 +229,10 @@ fn literal(scene: &Scene, geometry: &Geometry, slices: &Slices, n: u32, skirt: u
 
 fn as_literal(fields: &[Field]) -> Vec<Literal> {
     let voxel = |f: &Field, v: &crate::voxel::Voxel| {
-        ((v.layer, v.y, v.x), ([v.color[0], v.color[1], v.color[2]], f.objects[v.object as usize].clone(), v.ring))
+        (
+            (v.layer, v.y, v.x),
+            ([v.color[0], v.color[1], v.color[2]], f.objects[v.object as usize].clone(), v.ring, v.inside),
+        )
     };
     fields.iter().map(|f| f.voxels.iter().map(|v| voxel(f, v)).collect()).collect()
 }
@@ -271,7 +278,7 @@ fn scene(triangles: &[([[f32; 3]; 3], [f32; 3], bool)]) -> Scene {
     Scene { objects: triangles.iter().enumerate().map(object).collect() }
 }
 
-fn check(scene: &Scene, cell: &Cell, lens: &Lens, n: u32, skirt: u16) -> Option<Slices> {
+fn check(scene: &Scene, cell: &Cell, lens: &Lens, n: u32, skirt: u8) -> Option<Slices> {
     let geometry = Geometry::new(scene);
     let stop = Stop::default();
     let soup = Soup::new(&geometry, cell.centre);
@@ -305,13 +312,13 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 12, max_shrink_iters: 40, ..ProptestConfig::default() })]
 
     #[test]
-    fn one_frustum_agrees_with_the_definition(scene in triangles([-2.0, -1.5, -8.0], [2.0, 1.5, -0.2], 10), log in 0..3u32, skirt in 0..4u16) {
+    fn one_frustum_agrees_with_the_definition(scene in triangles([-2.0, -1.5, -8.0], [2.0, 1.5, -0.2], 10), log in 0..3u32, skirt in 0..4u8) {
         let lens = Lens { resolution: 8, fov: 0.8, max_layers: 100, max_side: 4000 };
         check(&scene, &CELL, &lens, 1 << log, skirt);
     }
 
     #[test]
-    fn faces_of_a_cube_agree_with_the_definition(scene in triangles([-6.0, -6.0, -6.0], [6.0, 6.0, 6.0], 10), skirt in 0..3u16) {
+    fn faces_of_a_cube_agree_with_the_definition(scene in triangles([-6.0, -6.0, -6.0], [6.0, 6.0, 6.0], 10), skirt in 0..3u8) {
         let lens = Lens { resolution: 4, fov: 0.8, max_layers: 100, max_side: 4000 };
         check(&scene, &CELL, &lens, 2, skirt);
     }

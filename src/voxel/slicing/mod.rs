@@ -112,7 +112,11 @@ fn remove_hidden(
     let mut rest: Vec<(usize, usize, Rows)> = Vec::with_capacity(bands.len());
     for band in bands {
         let size = band.height() * jobs[band.frustum].words;
-        rest.push((band.frustum, size, Rows { filled: &mut band.masks, hidden: &mut band.hidden }));
+        rest.push((
+            band.frustum,
+            size,
+            Rows { filled: &mut band.masks, hidden: &mut band.hidden, inside: &mut band.inside },
+        ));
     }
     for _ in 0..layers {
         stop.check()?;
@@ -120,8 +124,9 @@ fn remove_hidden(
         for (frustum, size, rows) in &mut rest {
             let (filled, more) = std::mem::take(&mut rows.filled).split_at_mut(*size);
             let (hidden, room) = std::mem::take(&mut rows.hidden).split_at_mut(*size);
-            current[*frustum].push(Rows { filled, hidden });
-            *rows = Rows { filled: more, hidden: room };
+            let (inside, space) = std::mem::take(&mut rows.inside).split_at_mut(4 * *size);
+            current[*frustum].push(Rows { filled, hidden, inside });
+            *rows = Rows { filled: more, hidden: room, inside: space };
         }
         hidden.step(&mut current);
     }

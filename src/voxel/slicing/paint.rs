@@ -95,6 +95,7 @@ pub fn paint(
                     y: y as u16,
                     layer,
                     ring: if slots.is_hidden(row_of(layer, y as i32), x) { skirt::UNREACHED } else { 0 },
+                    inside: slots.inside(row_of(layer, y as i32), x),
                     color: mean.color(),
                     normal: octahedral(mean.normal),
                     object,
@@ -110,6 +111,7 @@ pub fn paint(
 struct Slots<'a> {
     masks: &'a [u64],
     hidden: &'a [u64],
+    inside: &'a [u64],
     words: usize,
     /// Voxels before each word.
     before: Vec<u32>,
@@ -125,11 +127,23 @@ impl<'a> Slots<'a> {
             here
         });
         let before = before.collect();
-        Self { masks: &band.masks, hidden: &band.hidden, words: job.words, before, count: count as usize }
+        Self {
+            masks: &band.masks,
+            hidden: &band.hidden,
+            inside: &band.inside,
+            words: job.words,
+            before,
+            count: count as usize,
+        }
     }
 
     fn is_hidden(&self, row: usize, x: u32) -> bool {
         mask::get(&self.hidden[row * self.words..(row + 1) * self.words], x as i32)
+    }
+
+    fn inside(&self, row: usize, x: u32) -> u8 {
+        let rows = self.inside[4 * row * self.words..].chunks(self.words).take(4);
+        rows.enumerate().map(|(side, row)| u8::from(mask::get(row, x as i32)) << side).sum()
     }
 
     /// Calls `f` with the visible pixels x0..=x1 of a row of the masks and their numbers.

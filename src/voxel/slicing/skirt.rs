@@ -7,7 +7,7 @@
 use crate::voxel::Voxel;
 
 /// A hidden voxel whose distance from the visible ones is not known yet.
-pub const UNREACHED: u16 = u16::MAX;
+pub const UNREACHED: u8 = u8::MAX;
 
 /// Numbers the hidden voxels' rings and leaves out those that are not within `skirt` steps of a visible voxel, a step
 /// leading to a voxel that touches. `voxels` are sorted, `size` is that of the image.
@@ -23,7 +23,7 @@ pub fn keep_reached(voxels: &mut Vec<Voxel>, size: [u32; 2], skirt: u32) {
     // Voxels of the last ring in three layers, with an apron.
     let mut grids = vec![vec![false; width * (size[1] as usize + 2)]; 3];
     let at = |v: &Voxel| (usize::from(v.y) + 1) * width + usize::from(v.x) + 1;
-    for ring in 1..=skirt as u16 {
+    for ring in 1..=skirt as u8 {
         let part = |i: usize| if i < ends.len() { (if i == 0 { 0 } else { ends[i - 1] })..ends[i] } else { 0..0 };
         let set = |grid: &mut Vec<bool>, voxels: &[Voxel], value: bool| {
             voxels.iter().filter(|v| v.ring == ring - 1).for_each(|v| grid[at(v)] = value);

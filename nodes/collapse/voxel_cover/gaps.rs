@@ -1,0 +1,171 @@
+//! Finding what shows through gaps of a simplified mesh.
+//!
+//! Boundaries that face each other across a slit may each keep their tolerance and still let the eye through. So the result is
+//! looked at: seen from another place of the view cell, layers move against each other by up to a pixel a layer
+//! (section 4.1), which makes the picture in voxel space a shear. Both the voxels and the faces are drawn under shears all over that
+//! range, and where faces miss the inside of a surface, its voxels are reported.
+
+use crate::{
+    math::{Stop, Stopped},
+    voxel::{Voxel, touch::Point},
+};
+use rayon::prelude::*;
+
+/// Shears per axis, pixels a layer.
+const SHEARS: [f64; 5] = [-0.5, -0.25, 0.0, 0.25, 0.5];
+/// How many layers behind its voxels a face still shows them.
+const BEHIND: f32 = 2.5;
+
+/// Numbers of the visible voxels that `faces` leave bare, ascending.
+pub fn bare(voxels: &[Voxel], faces: &[[Point; 3]], stop: &Stop) -> Result<Vec<u32>, Stopped> {
+    let Some(frame) = Frame::around(voxels) else { return Ok(Vec::new()) };
+    let shears: Vec<[f64; 2]> = SHEARS.iter().flat_map(|y| SHEARS.map(|x| [x, *y])).collect();
+    let found: Vec<Vec<u32>> = shears
+        .par_iter()
+        .map(|shear| {
+            stop.check()?;
+            Ok(frame.bare(*shear, voxels, faces))
+        })
+        .collect::<Result<_, Stopped>>()?;
+    let mut all = found.concat();
+    all.sort_unstable();
+    all.dedup();
+    Ok(all)
+}
+
+/// The part of voxel space that holds the visible voxels.
+struct Frame {
+    low: [i32; 3],
+    high: [i32; 3],
+}
+
+impl Frame {
+    fn around(voxels: &[Voxel]) -> Option<Self> {
+        let mut frame: Option<Self> = None;
+        for v in voxels.iter().filter(|v| v.ring == 0) {
+            let at = [v.x, v.y, v.layer].map(i32::from);
+            let f = frame.get_or_insert(Self { low: at, high: at });
+            f.low = std::array::from_fn(|i| f.low[i].min(at[i]));
+            f.high = std::array::from_fn(|i| f.high[i].max(at[i]));
+        }
+        frame
+    }
+
+    fn bare(&self, shear: [f64; 2], voxels: &[Voxel], faces: &[[Point; 3]]) -> Vec<u32> {
+        let shift = |axis: usize, layer: i32| (shear[axis] * f64::from(layer - self.low[2]) + 0.5).floor() as i32;
+        let ends = |axis: usize| [shift(axis, self.low[2]), shift(axis, self.high[2])];
+        // A margin of one pixel.
+        let origin: [i32; 2] = std::array::from_fn(|i| self.low[i] + ends(i)[0].min(ends(i)[1]) - 1);
+        let size: [i32; 2] = std::array::from_fn(|i| self.high[i] + ends(i)[0].max(ends(i)[1]) + 2 - origin[i]);
+        let [width, height] = size.map(|s| s as usize);
+        // The number of the nearest voxel, + 1.
+        let mut nearest = vec![0u32; width * height];
+        for (n, v) in voxels.iter().enumerate().rev().filter(|(_, v)| v.ring == 0) {
+            let layer = i32::from(v.layer);
+            let x = (i32::from(v.x) + shift(0, layer) - origin[0]) as usize;
+            let y = (i32::from(v.y) + shift(1, layer) - origin[1]) as usize;
+            // Voxels are sorted by layer: the last written is the nearest.
+            nearest[y * width + x] = n as u32 + 1;
+        }
+        let mut depth = vec![f32::INFINITY; width * height];
+        let base = 4.0 * f64::from(self.low[2]);
+        for face in faces {
+            let corners = face.map(|p| {
+                let moved = |i: usize| (p[i] + shear[i] * (p[2] - base)) / 4.0 - f64::from(origin[i]) - 0.5;
+                [moved(0), moved(1), p[2] / 4.0]
+            });
+            draw(corners, width, height, &mut depth);
+        }
+        let layer = |i: usize| nearest[i].checked_sub(1).map_or(f32::INFINITY, |n| f32::from(voxels[n as usize].layer));
+        let mut bare = Vec::new();
+        for y in 1..height - 1 {
+            for x in 1..width - 1 {
+                let i = y * width + x;
+                if depth[i] <= layer(i) + BEHIND {
+                    continue;
+                }
+                let around = [i - width - 1, i - 1, i + width - 1].into_iter().flat_map(|j| j..j + 3);
+                if depth[i] > around.clone().map(layer).fold(0.0, f32::max) + BEHIND {
+                    bare.extend(around.map(|j| nearest[j] - 1));
+                }
+            }
+        }
+        bare
+    }
+}
+
+/// Draws a triangle, corners in pixels (centres at integers) and layers, into a depth buffer.
+fn draw(corners: [[f64; 3]; 3], width: usize, height: usize, depth: &mut [f32]) {
+    let [a, b, c] = corners;
+    let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    if area == 0.0 {
+        return;
+    }
+    let slope = |i: usize| {
+        let (u, v) = ((b[2] - a[2]) / area, (c[2] - a[2]) / area);
+        if i == 0 { u * (c[1] - a[1]) - v * (b[1] - a[1]) } else { v * (b[0] - a[0]) - u * (c[0] - a[0]) }
+    };
+    let (zx, zy) = (slope(0), slope(1));
+    let [low, high] = [f64::min, f64::max].map(|f| f(f(a[1], b[1]), c[1]));
+    let rows = low.ceil().max(0.0) as usize..(high.floor() + 1.0).clamp(0.0, height as f64) as usize;
+    for y in rows {
+        let t = y as f64;
+        let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            if (p[1] <= t && t <= q[1]) || (q[1] <= t && t <= p[1]) {
+                for x in
+                    if p[1] == q[1] { [p[0], q[0]] } else { [p[0] + (q[0] - p[0]) * (t - p[1]) / (q[1] - p[1]); 2] }
+                {
+                    from = from.min(x);
+                    to = to.max(x);
+                }
+            }
+        }
+        let columns = from.ceil().max(0.0) as usize..(to.floor() + 1.0).clamp(0.0, width as f64) as usize;
+        for x in columns {
+            let z = (a[2] + zx * (x as f64 - a[0]) + zy * (t - a[1])) as f32;
+            let slot = &mut depth[y * width + x];
+            *slot = slot.min(z);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        sample_fields as fields,
+        voxel::{cover_mesh::cover_meshes, touch},
+    };
+
+    fn plane() -> (Vec<Voxel>, Vec<[Point; 3]>) {
+        let mut solid = fields::Solid::new(30, 20, 2);
+        solid.patch([2.0, 2.0, 0.0], [26.0, 0.0, 0.0], [0.0, 16.0, 0.0]);
+        let slices = fields::slices(solid.size, solid.layers);
+        let (_, mesh) = cover_meshes(&slices, &[&solid.field()], &Stop::default()).unwrap().remove(0);
+        let faces = mesh.faces.iter().map(|f| f.map(|v| touch::point(mesh.vertices[v as usize])));
+        (mesh.voxels.to_vec(), faces.collect())
+    }
+
+    #[test]
+    fn a_whole_surface_is_not_bare() {
+        let (voxels, faces) = plane();
+        assert_eq!(bare(&voxels, &faces, &Stop::default()).unwrap(), Vec::<u32>::new());
+    }
+
+    #[test]
+    fn what_lies_under_a_hole_is_bare_and_an_edge_drawn_back_is_not() {
+        let (voxels, faces) = plane();
+        let left_of = |limit: f64, t: &[Point; 3]| t.iter().all(|p| p[0] <= limit);
+        let hole = |t: &[Point; 3]| t.iter().all(|p| (40.0..=52.0).contains(&p[0]) && (36.0..=44.0).contains(&p[1]));
+        let with_hole: Vec<_> = faces.iter().filter(|t| !hole(t)).copied().collect();
+        let found = bare(&voxels, &with_hole, &Stop::default()).unwrap();
+        assert!(!found.is_empty());
+        let near = |v: &Voxel| (9..=14).contains(&v.x) && (8..=12).contains(&v.y);
+        assert!(found.iter().all(|v| near(&voxels[*v as usize])));
+        let last = voxels.iter().map(|v| v.x).max().unwrap();
+        let drawn_back: Vec<_> = faces.iter().filter(|t| left_of(4.0 * f64::from(last), t)).copied().collect();
+        assert!(drawn_back.len() < faces.len());
+        assert_eq!(bare(&voxels, &drawn_back, &Stop::default()).unwrap(), Vec::<u32>::new());
+    }
+}
