@@ -43,6 +43,12 @@ impl Surface {
         self.topology.corners(face).map(|v| self.points[v as usize])
     }
 
+    /// Whether a vertex may lie at `p`.
+    pub fn in_bounds(&self, p: Point) -> bool {
+        let [low, high] = self.bounds;
+        (0..3).all(|i| low[i] <= p[i] && p[i] <= high[i])
+    }
+
     pub fn is_live(&self, vertex: u32) -> bool {
         self.topology.corner[vertex as usize] != super::topology::NONE
     }

@@ -2,8 +2,8 @@
 //!
 //! Boundaries that face each other across a slit may each keep their tolerance and still let the eye through. So the result is
 //! looked at: seen from another place of the view cell, layers move against each other by up to a pixel a layer
-//! (section 4.1), which makes the picture in voxel space a shear. Both the voxels and the faces are drawn under shears all over that
-//! range, and where faces miss the inside of a surface, its voxels are reported.
+//! (section 4.1), which makes the picture in voxel space a shear. Both the voxels and the faces are drawn under shears of up to half
+//! of that, and where faces miss the inside of a surface, its voxels are reported.
 
 use crate::{
     math::{Stop, Stopped},

@@ -50,17 +50,16 @@ impl Surface {
         // The boundary's next vertices beyond the edge's ends.
         let mut rims = Vec::new();
         for (v, star) in [(a, &s.star), (b, &star_b)] {
-            if let Some((first, last)) = star.first().zip(star.last()).filter(|_| topology.is_boundary(v)) {
-                rims.extend([topology.at(next(*first)), topology.at(prev(*last))]);
-            }
+            rims.extend(topology.rim(v, star).into_iter().flatten());
         }
         rims.retain(|v| *v != a && *v != b);
         self.cover.collect(faces.iter().copied());
         let mut new = Vec::with_capacity(kept.len());
-        let [low, high] = self.bounds;
-        let inside = |p: &Point| (0..3).all(|i| low[i] <= p[i] && p[i] <= high[i]);
         let ends = [self.points[a as usize], self.points[b as usize]];
-        for place in ends.into_iter().flat_map(around).filter(inside) {
+        for place in ends.into_iter().flat_map(|p| around(p, STRIDE)) {
+            if !self.in_bounds(place) {
+                continue;
+            }
             new.clear();
             let turned = kept.iter().any(|f| {
                 let corners = self.topology.corners(*f);
@@ -85,8 +84,11 @@ impl Surface {
     }
 }
 
-/// A point and the lattice points beside it: three quarters of a pixel and a layer to each side, which measured best.
-fn around(p: Point) -> impl Iterator<Item = Point> {
+/// How far to a side places are tried, quarter pixels: what measured best.
+const STRIDE: f64 = 3.0;
+
+/// A point and the lattice points beside it: `stride` quarter pixels and a layer to each side.
+pub fn around(p: Point, stride: f64) -> impl Iterator<Item = Point> {
     let steps = [0.0, -1.0, 1.0];
-    (0..27).map(move |k| [p[0] + 3.0 * steps[k % 3], p[1] + 3.0 * steps[k / 3 % 3], p[2] + 4.0 * steps[k / 9]])
+    (0..27).map(move |k| [p[0] + stride * steps[k % 3], p[1] + stride * steps[k / 3 % 3], p[2] + 4.0 * steps[k / 9]])
 }

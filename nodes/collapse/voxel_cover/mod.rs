@@ -1,7 +1,8 @@
 //! Policy `voxel-cover`: contract edges as long as every voxel stays covered (Jeschke and Wimmer 2002, section 6).
 //!
 //! Shortest edge first in the uniform grid. What holds for the result: every visible voxel of the mesh is touched by a face that
-//! names it, within its box enlarged by `factor`; every boundary edge lies inside such boxes; no face turns its back to
+//! names it, within its box enlarged by `factor`; every boundary edge lies inside such boxes (from factor 1.5 on: the edges of a
+//! receding wall run outside smaller ones from the start); no face turns its back to
 //! the whole cell; an edge has at most two faces; locked vertices stay where they are; vertices lie on the mesh's own lattice
 //! (quarter pixels and layers) within the box around it.
 //!

@@ -5,11 +5,7 @@
 //! anything moves, the boundary's corners are filled with one triangle each, from the smallest on: slits close from
 //! their ends.
 
-use super::{
-    contract::Surface,
-    remove::agrees,
-    topology::{next, prev},
-};
+use super::{contract::Surface, remove::agrees};
 use crate::{
     math::{Stop, Stopped},
     voxel::touch::normal,
@@ -28,7 +24,7 @@ impl Surface {
             self.queue_notch(v, &mut queue, &mut star);
         }
         while let Some(Reverse((squared, w))) = queue.pop() {
-            let Some((n, p)) = self.notch(w, &mut star) else { continue };
+            let Some([n, p]) = self.notch(w, &mut star) else { continue };
             if self.squared(n, p) != squared || !self.fill_notch(n, w, p) {
                 continue;
             }
@@ -44,7 +40,7 @@ impl Surface {
     }
 
     fn queue_notch(&self, w: u32, queue: &mut BinaryHeap<Reverse<(u64, u32)>>, star: &mut Vec<u32>) {
-        if let Some((n, p)) = self.notch(w, star) {
+        if let Some([n, p]) = self.notch(w, star) {
             let squared = self.squared(n, p);
             if squared <= LONGEST {
                 queue.push(Reverse((squared, w)));
@@ -53,20 +49,19 @@ impl Surface {
     }
 
     /// The boundary's next and previous vertex at `w`, as its faces run.
-    fn notch(&self, w: u32, star: &mut Vec<u32>) -> Option<(u32, u32)> {
+    fn notch(&self, w: u32, star: &mut Vec<u32>) -> Option<[u32; 2]> {
         if !self.is_live(w) || !self.topology.is_boundary(w) {
             return None;
         }
         self.topology.star(w, star);
-        let (first, last) = star.first().zip(star.last())?;
-        Some((self.topology.at(next(*first)), self.topology.at(prev(*last))))
+        self.topology.rim(w, star)
     }
 
     fn fill_notch(&mut self, n: u32, w: u32, p: u32) -> bool {
         if n == p || [n, w, p].iter().any(|v| self.locked[*v as usize]) {
             return false;
         }
-        let closes = self.notch(n, &mut Vec::new()).is_some_and(|(after, _)| after == p);
+        let closes = self.notch(n, &mut Vec::new()).is_some_and(|[after, _]| after == p);
         if !closes && self.are_neighbours(n, p) {
             return false;
         }

@@ -4,7 +4,10 @@
 //! behind what they stand for. Each vertex is moved, step by step, to where the faces around it touch most of their voxels
 //! within the boxes that are not enlarged. No triangle is added or lost, and all that a contraction must keep is kept.
 
-use super::contract::{Surface, keeps_side};
+use super::{
+    contract::{Surface, keeps_side},
+    merge::around,
+};
 use crate::{
     math::{Stop, Stopped},
     voxel::touch::{Point, Toucher},
@@ -42,22 +45,16 @@ impl Surface {
             return false;
         }
         self.cover.collect(faces.iter().copied());
-        let mut ring = Vec::new();
-        self.topology.ring(v, star, &mut ring);
-        let rims = if self.topology.is_boundary(v) { vec![ring[0], ring[ring.len() - 1]] } else { Vec::new() };
+        let rim = self.topology.rim(v, star);
         let here = self.points[v as usize];
         let moved = |s: &Self, place: Point| -> Vec<[Point; 3]> {
             let corners = faces.iter().map(|f| s.topology.corners(*f));
             corners.map(|c| c.map(|u| if u == v { place } else { s.points[u as usize] })).collect()
         };
         let old = moved(self, here);
-        let [low, high] = self.bounds;
-        let mut places: Vec<(usize, Point)> = (1..27)
-            .map(|k| {
-                let [x, y, z] = [k % 3, k / 3 % 3, k / 9].map(|i| [0.0, -1.0, 1.0][i]);
-                [here[0] + stride * x, here[1] + stride * y, here[2] + 4.0 * z]
-            })
-            .filter(|p| (0..3).all(|i| low[i] <= p[i] && p[i] <= high[i]))
+        let mut places: Vec<(usize, Point)> = around(here, stride)
+            .skip(1)
+            .filter(|p| self.in_bounds(*p))
             .map(|p| (self.cover.tight(&moved(self, p)), p))
             .collect();
         let least = self.cover.tight(&old);
@@ -67,7 +64,7 @@ impl Surface {
             let new = moved(self, place);
             if old.iter().zip(&new).all(|(o, n)| keeps_side(*o, *n))
                 && self.cover.keeps(&new)
-                && rims.iter().all(|u| self.cover.holds_edge(self.points[*u as usize], place))
+                && rim.iter().flatten().all(|u| self.cover.holds_edge(self.points[*u as usize], place))
             {
                 self.cover.replace(faces.iter().copied(), &faces);
                 self.points[v as usize] = place;

@@ -121,6 +121,12 @@ impl Topology {
         }
     }
 
+    /// The boundary's next and previous vertex at `v`, as its faces run; `None` inside the surface. `star`: that of `v`.
+    pub fn rim(&self, v: u32, star: &[u32]) -> Option<[u32; 2]> {
+        let (first, last) = star.first().zip(star.last()).filter(|_| self.is_boundary(v))?;
+        Some([self.at(next(*first)), self.at(prev(*last))])
+    }
+
     /// Makes one of the two boundary edges between `b` and `x` that a contraction leaves where it closes a triangular hole.
     pub fn close(&mut self, b: u32, x: u32) {
         let mut star = Vec::new();
