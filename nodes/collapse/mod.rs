@@ -16,7 +16,7 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Policy {
-    /// Shortest edge first, as long as every voxel stays covered (Jeschke and Wimmer 2002, section 6).
+    /// The cheapest edge first, as long as every voxel stays covered (Jeschke and Wimmer 2002, section 6).
     #[default]
     VoxelCover,
     /// meshoptimizer's quadric simplifier down to `triangles`; covers nothing for certain. For comparison.
@@ -62,7 +62,7 @@ pub struct Collapse;
 
 impl Node for Collapse {
     const KIND: &'static str = "collapse";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     /// meshoptimizer is C++; the default policy gives the same bytes on every machine.
     const NATIVE_WHEN: Option<(&'static str, &'static str)> = Some(("policy", "quadric"));
     type Params = Params;

@@ -19,7 +19,8 @@ pub fn point(v: [i32; 3]) -> Point {
     [f64::from(v[0]), f64::from(v[1]), 4.0 * f64::from(v[2])]
 }
 
-fn sub(a: Point, b: Point) -> Point {
+/// a − b.
+pub fn sub(a: Point, b: Point) -> Point {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
@@ -44,8 +45,9 @@ pub struct Toucher {
     /// The plane's slab: |normal · (c − a)| ≤ reach.
     offset: f64,
     reach: f64,
-    /// In the planes yz, zx and xy, per edge: p · c_u + q · c_v + r ≥ 0.
-    edges: [[[f64; 3]; 3]; 3],
+    /// In the planes yz, zx and xy, those first in which the face is large: the axes u and v, and per edge
+    /// p · c_u + q · c_v + r ≥ 0.
+    edges: [(usize, usize, [[f64; 3]; 3]); 3],
 }
 
 impl Toucher {
@@ -53,24 +55,29 @@ impl Toucher {
     pub fn new(corners: [Point; 3], half: f64) -> Self {
         let [a, b, c] = corners;
         let n = normal(a, b, c);
-        let mut edges = [[[0.0; 3]; 3]; 3];
-        for (axis, in_plane) in edges.iter_mut().enumerate() {
+        let area = n.map(f64::abs);
+        let mut axes = if area[0] > area[2] { [0, 1, 2] } else { [2, 1, 0] };
+        if area[1] > area[axes[0]] {
+            axes.swap(0, 1);
+        }
+        let edges = axes.map(|axis| {
             let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
             // Inward normals of the projected edges. Where the projection is a segment, edges run both ways and so
             // bound it from both sides, whatever the sign.
             let sign = if n[axis] < 0.0 { -1.0 } else { 1.0 };
-            for (i, edge) in in_plane.iter_mut().enumerate() {
+            let edge = |i: usize| {
                 let (s, e) = (corners[i], corners[(i + 1) % 3]);
                 let (p, q) = (-(e[v] - s[v]) * sign, (e[u] - s[u]) * sign);
-                *edge = [p, q, half * (p.abs() + q.abs()) - p * s[u] - q * s[v]];
-            }
-        }
+                [p, q, half * (p.abs() + q.abs()) - p * s[u] - q * s[v]]
+            };
+            (u, v, [edge(0), edge(1), edge(2)])
+        });
         Self {
             low: std::array::from_fn(|i| a[i].min(b[i]).min(c[i]) - half),
             high: std::array::from_fn(|i| a[i].max(b[i]).max(c[i]) + half),
             normal: n,
             offset: n[0] * a[0] + n[1] * a[1] + n[2] * a[2],
-            reach: half * (n[0].abs() + n[1].abs() + n[2].abs()),
+            reach: half * (area[0] + area[1] + area[2]),
             edges,
         }
     }
@@ -87,11 +94,7 @@ impl Toucher {
         if (n[0] * c[0] + n[1] * c[1] + n[2] * c[2] - self.offset).abs() > self.reach {
             return false;
         }
-        let pairs = [(1, 2), (2, 0), (0, 1)];
-        self.edges
-            .iter()
-            .zip(pairs)
-            .all(|(plane, (u, v))| plane.iter().all(|e| e[0] * c[u] + e[1] * c[v] + e[2] >= 0.0))
+        self.edges.iter().all(|(u, v, plane)| plane.iter().all(|e| e[0] * c[*u] + e[1] * c[*v] + e[2] >= 0.0))
     }
 }
 

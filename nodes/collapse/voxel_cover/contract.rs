@@ -2,9 +2,10 @@
 
 use super::{
     cover::{Cover, MOST_FACES},
-    topology::{Topology, next, prev},
+    queue::Rank,
+    topology::{NONE, Topology, next, prev},
 };
-use crate::voxel::touch::{Point, normal};
+use crate::voxel::touch::{Point, normal, sub};
 
 /// The mesh while it is simplified.
 pub struct Surface {
@@ -33,8 +34,8 @@ pub struct Scratch {
     /// Vertices next to `a`, marked by the number of the attempt.
     marks: Vec<u32>,
     attempt: u32,
-    ring_a: Vec<u32>,
-    ring_b: Vec<u32>,
+    pub ring_a: Vec<u32>,
+    pub ring_b: Vec<u32>,
     link: Link,
 }
 
@@ -50,7 +51,7 @@ impl Surface {
     }
 
     pub fn is_live(&self, vertex: u32) -> bool {
-        self.topology.corner[vertex as usize] != super::topology::NONE
+        self.topology.corner[vertex as usize] != NONE
     }
 
     /// Notes that faces around `v` changed: with it, all its neighbours are worth another try.
@@ -60,7 +61,7 @@ impl Surface {
         let topology = &self.topology;
         let first = topology.corner[v as usize];
         let mut c = first;
-        while c != super::topology::NONE {
+        while c != NONE {
             self.changed[topology.at(next(c)) as usize] = self.clock;
             self.changed[topology.at(prev(c)) as usize] = self.clock;
             c = topology.turn(c);
@@ -74,6 +75,46 @@ impl Surface {
     pub fn squared(&self, a: u32, b: u32) -> u64 {
         let (a, b) = (self.points[a as usize], self.points[b as usize]);
         (0..3).map(|i| (a[i] - b[i]) * (a[i] - b[i])).sum::<f64>() as u64
+    }
+
+    /// When the edge a–b is tried, and its ends, that first which had better move onto the other: by its length, as in the paper,
+    /// times what it costs to move one onto the other.
+    pub fn rank(&self, a: u32, b: u32) -> (Rank, [u32; 2]) {
+        let length = (self.squared(a, b) as f64).sqrt();
+        let (onto_b, onto_a) = (self.cost(a, b), self.cost(b, a));
+        let rank = Rank::of((onto_b.min(onto_a) + 1.0) * length);
+        (rank, if onto_b <= onto_a { [a, b] } else { [b, a] })
+    }
+
+    /// How far moving `a` onto `b` leaves the surface: squared distances of `b` from the planes of the faces around `a`, times
+    /// their areas, and from the lines of its boundary edges, times their lengths.
+    fn cost(&self, a: u32, b: u32) -> f64 {
+        let topology = &self.topology;
+        let (here, there) = (self.points[a as usize], self.points[b as usize]);
+        let dot = |u: Point, v: Point| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+        let from_line = |end: u32| {
+            let end = self.points[end as usize];
+            let (along, n) = (sub(end, here), normal(here, end, there));
+            dot(n, n) / dot(along, along).sqrt()
+        };
+        let (mut sum, first) = (0.0, topology.corner[a as usize]);
+        let mut c = first;
+        loop {
+            let [p, q, r] = self.triangle(c / 3);
+            let n = normal(p, q, r);
+            let distance = dot(n, sub(there, p));
+            sum += distance * distance / (2.0 * dot(n, n).sqrt());
+            if topology.opposite[prev(c) as usize] == NONE {
+                sum += from_line(topology.at(next(c)));
+            }
+            if topology.opposite[next(c) as usize] == NONE {
+                sum += from_line(topology.at(prev(c)));
+            }
+            c = topology.turn(c);
+            if c == NONE || c == first {
+                return sum;
+            }
+        }
     }
 
     /// Moves `a` onto `b` if nothing forbids it; `a` is gone then.
@@ -140,11 +181,11 @@ impl Surface {
         if !self.cover.keeps(&s.new) {
             return false;
         }
-        match (s.link, other_end) {
-            (Link::Closes(x), _) => self.cover.holds_face([a, b, x].map(|v| self.points[v as usize])),
-            (_, Some(end)) => self.cover.holds_edge(self.points[end as usize], self.points[b as usize]),
-            _ => true,
-        }
+        let to = self.points[b as usize];
+        let fresh = s.ring_a.iter().filter(|x| **x != b && !s.ring_b.contains(x));
+        let edges_hold = fresh.copied().all(|x| self.cover.holds_edge(self.points[x as usize], to));
+        let Link::Closes(x) = s.link else { return edges_hold };
+        edges_hold && self.cover.holds_face([a, b, x].map(|v| self.points[v as usize]))
     }
 
     /// Whether `a` can move onto `b` so that what is left is a manifold.

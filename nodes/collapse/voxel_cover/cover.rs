@@ -76,6 +76,11 @@ impl Cover {
         }
     }
 
+    /// How many voxels are collected, visible or not.
+    pub fn collected_count(&self) -> usize {
+        self.voxels.len()
+    }
+
     /// Centres of the collected visible voxels.
     pub fn collected(&self) -> impl Iterator<Item = &Point> {
         self.voxels.iter().filter(|v| self.visible[**v as usize]).map(|v| &self.centres[*v as usize])
@@ -132,7 +137,12 @@ impl Cover {
     }
 
     pub fn touches(&self, corners: [Point; 3], voxel: u32) -> bool {
-        Toucher::new(corners, self.half).touches(&self.centres[voxel as usize])
+        let c = &self.centres[voxel as usize];
+        let beyond = |i: usize| {
+            let apart = corners.map(|p| p[i] - c[i]);
+            apart.iter().all(|d| *d > self.half) || apart.iter().all(|d| *d < -self.half)
+        };
+        !(0..3).any(beyond) && Toucher::new(corners, self.half).touches(c)
     }
 
     /// For every voxel the faces that name it.
@@ -172,28 +182,32 @@ impl Cover {
     pub fn keeps(&mut self, new: &[[Point; 3]]) -> bool {
         self.touchers.clear();
         self.touchers.extend(new.iter().map(|t| Toucher::new(*t, self.half)));
-        self.masks.clear();
+        let mut last = 0;
         for i in 0..self.voxels.len() {
             let v = self.voxels[i];
-            let c = &self.centres[v as usize];
-            let mut mask = 0u64;
-            for (i, t) in self.touchers.iter().enumerate() {
-                mask |= u64::from(t.touches(c)) << i;
-            }
-            if mask == 0 && self.visible[v as usize] && self.count[v as usize] == self.within[v as usize] {
+            if self.is_needed(v) && !any_touches(&self.touchers, &self.centres[v as usize], &mut last) {
                 // The next attempt with the same voxels will likely fail here too.
                 self.voxels.swap(0, i);
                 return false;
             }
-            self.masks.push(mask);
+        }
+        self.masks.clear();
+        for v in &self.voxels {
+            let c = &self.centres[*v as usize];
+            let bit = |(i, t): (usize, &Toucher)| u64::from(t.touches(c)) << i;
+            self.masks.push(self.touchers.iter().enumerate().map(bit).fold(0, |a, b| a | b));
         }
         true
     }
 
+    /// Whether the collected voxel is visible and covered by old faces only.
+    fn is_needed(&self, v: u32) -> bool {
+        self.visible[v as usize] && self.count[v as usize] == self.within[v as usize]
+    }
+
     /// The visible ones of the collected voxels that no face but the old ones covers.
     pub fn needed(&self) -> Vec<u32> {
-        let only_here = |v: &u32| self.visible[*v as usize] && self.count[*v as usize] == self.within[*v as usize];
-        self.voxels.iter().copied().filter(only_here).collect()
+        self.voxels.iter().copied().filter(|v| self.is_needed(*v)).collect()
     }
 
     /// Bit i: the face touches the i-th voxel's box.
@@ -235,6 +249,16 @@ impl Cover {
         }
         self.arena = arena;
     }
+}
+
+/// Whether one of the faces touches the box around `c`. `last`: which one did last time; boxes come in runs.
+pub fn any_touches(touchers: &[Toucher], c: &Point, last: &mut usize) -> bool {
+    if touchers.get(*last).is_some_and(|t| t.touches(c)) {
+        return true;
+    }
+    let found = touchers.iter().position(|t| t.touches(c));
+    *last = found.unwrap_or(*last);
+    found.is_some()
 }
 
 /// For every voxel the faces that name it.

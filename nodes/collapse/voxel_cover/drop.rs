@@ -37,6 +37,8 @@ impl Surface {
         }
         let naming = self.cover.faces_by_voxel();
         let mut dropped = 0;
+        // Faces that were tried against the voxel at hand bear its turn.
+        let (mut tried, mut turn) = (vec![0u32; parts.of_face.len()], 0);
         for part in order {
             stop.check()?;
             // What lies on a seam is the neighbour's edge too.
@@ -50,14 +52,17 @@ impl Surface {
             let mut gains = Vec::new();
             let covered = own.iter().all(|v| {
                 let near = neighbours(voxels, *v).flat_map(|u| naming.of(u));
-                let other = near.filter(|f| parts.of_face[**f as usize] != part as u32 && self.topology.is_live(**f));
-                let touching: Vec<u32> = other.copied().filter(|f| self.cover.touches(self.triangle(*f), *v)).collect();
-                gains.extend(touching.iter().map(|f| (*f, *v)));
-                !touching.is_empty() || voxels[*v as usize].ring > 0
+                turn += 1;
+                let other = near.filter(|f| {
+                    let first = std::mem::replace(&mut tried[**f as usize], turn) != turn;
+                    first && parts.of_face[**f as usize] != part as u32 && self.topology.is_live(**f)
+                });
+                let before = gains.len();
+                gains.extend(other.filter(|f| self.cover.touches(self.triangle(**f), *v)).map(|f| (*f, *v)));
+                gains.len() > before || voxels[*v as usize].ring > 0
             });
             if covered {
                 gains.sort_unstable();
-                gains.dedup();
                 for f in &faces_of[part] {
                     self.cover.clear(*f);
                     self.topology.remove_face(*f);

@@ -5,6 +5,7 @@
 //! (section 4.1), which makes the picture in voxel space a shear. Both the voxels and the faces are drawn under shears of up to half
 //! of that, and where faces miss the inside of a surface, its voxels are reported.
 
+use super::shear::draw;
 use crate::{
     math::{Stop, Stopped},
     voxel::{Voxel, touch::Point},
@@ -12,7 +13,7 @@ use crate::{
 use rayon::prelude::*;
 
 /// Shears per axis, pixels a layer.
-const SHEARS: [f64; 5] = [-0.5, -0.25, 0.0, 0.25, 0.5];
+const SHEARS: [f64; 7] = [-0.5, -0.35, -0.2, 0.0, 0.2, 0.35, 0.5];
 /// How many layers behind its voxels a face still shows them.
 const BEHIND: f32 = 2.5;
 
@@ -74,7 +75,7 @@ impl Frame {
                 let moved = |i: usize| (p[i] + shear[i] * (p[2] - base)) / 4.0 - f64::from(origin[i]) - 0.5;
                 [moved(0), moved(1), p[2] / 4.0]
             });
-            draw(corners, width, height, &mut depth);
+            draw(corners, width, height, |i, z| depth[i] = depth[i].min(z));
         }
         let layer = |i: usize| nearest[i].checked_sub(1).map_or(f32::INFINITY, |n| f32::from(voxels[n as usize].layer));
         let mut bare = Vec::new();
@@ -91,42 +92,6 @@ impl Frame {
             }
         }
         bare
-    }
-}
-
-/// Draws a triangle, corners in pixels (centres at integers) and layers, into a depth buffer.
-fn draw(corners: [[f64; 3]; 3], width: usize, height: usize, depth: &mut [f32]) {
-    let [a, b, c] = corners;
-    let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-    if area == 0.0 {
-        return;
-    }
-    let slope = |i: usize| {
-        let (u, v) = ((b[2] - a[2]) / area, (c[2] - a[2]) / area);
-        if i == 0 { u * (c[1] - a[1]) - v * (b[1] - a[1]) } else { v * (b[0] - a[0]) - u * (c[0] - a[0]) }
-    };
-    let (zx, zy) = (slope(0), slope(1));
-    let [low, high] = [f64::min, f64::max].map(|f| f(f(a[1], b[1]), c[1]));
-    let rows = low.ceil().max(0.0) as usize..(high.floor() + 1.0).clamp(0.0, height as f64) as usize;
-    for y in rows {
-        let t = y as f64;
-        let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
-        for (p, q) in [(a, b), (b, c), (c, a)] {
-            if (p[1] <= t && t <= q[1]) || (q[1] <= t && t <= p[1]) {
-                for x in
-                    if p[1] == q[1] { [p[0], q[0]] } else { [p[0] + (q[0] - p[0]) * (t - p[1]) / (q[1] - p[1]); 2] }
-                {
-                    from = from.min(x);
-                    to = to.max(x);
-                }
-            }
-        }
-        let columns = from.ceil().max(0.0) as usize..(to.floor() + 1.0).clamp(0.0, width as f64) as usize;
-        for x in columns {
-            let z = (a[2] + zx * (x as f64 - a[0]) + zy * (t - a[1])) as f32;
-            let slot = &mut depth[y * width + x];
-            *slot = slot.min(z);
-        }
     }
 }
 

@@ -47,12 +47,10 @@ impl Surface {
         if kept.is_empty() || kept.len() > MOST_FACES {
             return false;
         }
-        // The boundary's next vertices beyond the edge's ends.
-        let mut rims = Vec::new();
-        for (v, star) in [(a, &s.star), (b, &star_b)] {
-            rims.extend(topology.rim(v, star).into_iter().flatten());
-        }
-        rims.retain(|v| *v != a && *v != b);
+        let mut ring = [&s.ring_a[..], &s.ring_b[..]].concat();
+        ring.retain(|v| *v != a && *v != b);
+        ring.sort_unstable();
+        ring.dedup();
         self.cover.collect(faces.iter().copied());
         let mut new = Vec::with_capacity(kept.len());
         let ends = [self.points[a as usize], self.points[b as usize]];
@@ -70,7 +68,7 @@ impl Surface {
             });
             if turned
                 || !self.cover.keeps(&new)
-                || !rims.iter().all(|v| self.cover.holds_edge(self.points[*v as usize], place))
+                || !ring.iter().all(|v| self.cover.holds_edge(self.points[*v as usize], place))
             {
                 continue;
             }

@@ -1,16 +1,17 @@
 //! Policy `voxel-cover`: contract edges as long as every voxel stays covered (Jeschke and Wimmer 2002, section 6).
 //!
-//! Shortest edge first in the uniform grid. What holds for the result: every visible voxel of the mesh is touched by a face that
-//! names it, within its box enlarged by `factor`; every boundary edge lies inside such boxes (from factor 1.5 on: the edges of a
-//! receding wall run outside smaller ones from the start); no face turns its back to
-//! the whole cell; an edge has at most two faces; locked vertices stay where they are; vertices lie on the mesh's own lattice
-//! (quarter pixels and layers) within the box around it.
+//! Edges go in order of length times error, in the uniform grid. What holds for the result: every visible voxel of the mesh is
+//! touched by a face that names it, within its box enlarged by `factor`; edges that were made, inside the surface and on its
+//! boundary, lie inside such boxes (from factor 1.5 on: the edges of a receding wall run outside smaller ones from the start); no
+//! face turns its back to the whole cell; an edge has at most two faces; locked vertices stay where they are; vertices lie on the
+//! mesh's own lattice (quarter pixels and layers) within the box around it.
 //!
-//! The paper moves one end of an edge onto the other, on whatever mesh that makes. Here meshes stay manifolds, and where that
-//! alone would forbid too much: slits and holes smaller than the tolerance are closed (`notch`, `close`), parts that others
-//! cover go (`drop`), a vertex goes together with all its faces (`remove`), and both ends of an edge move to a third place
-//! (`merge`). In the end each vertex moves to where the surface fits best (`settle`), and gaps that are left are looked for and
-//! patched (`gaps`, `patch`). All pass the same test.
+//! The paper moves one end of an edge onto the other, the shortest edge first, on whatever mesh that makes. Here meshes stay
+//! manifolds, and where that alone would forbid too much: slits and holes smaller than the tolerance are closed (`notch`,
+//! `close`), parts that others cover go (`drop`), a vertex goes together with all its faces (`remove`), and both ends of an edge
+//! move to a third place (`merge`). In the end each vertex moves to where the surface fits best (`settle`). Then the result is
+//! looked at from all over the cell: faces that nobody sees go (`unseen`), what is left is simplified again, and gaps are looked
+//! for and patched (`gaps`, `patch`). All pass the same test.
 
 mod close;
 mod contract;
@@ -23,9 +24,11 @@ mod patch;
 mod queue;
 mod remove;
 mod settle;
+mod shear;
 #[cfg(test)]
 mod tests;
 mod topology;
+mod unseen;
 
 use crate::{
     array::Array,
@@ -34,14 +37,21 @@ use crate::{
 };
 use contract::Surface;
 use cover::Cover;
-use queue::{Entry, Queue};
+use queue::{Entry, Queue, Rank};
 use remove::Triangulations;
 use topology::{Topology, next, prev};
+use unseen::without_unseen;
+
+/// How often the result is looked at, simplified once more and patched.
+const ROUNDS: usize = 2;
 
 /// Simplifies `mesh`; boxes of voxels are enlarged by `factor` (at least 1).
 pub fn simplify(mesh: &VoxelMesh, factor: f64, stop: &Stop) -> Result<VoxelMesh, Stopped> {
     let mut simple = reduce(mesh, factor, stop)?;
-    patch::patch(mesh, &mut simple, factor, stop)?;
+    for _ in 0..ROUNDS {
+        simple = reduce(&without_unseen(&simple, stop)?, factor, stop)?;
+        patch::patch(mesh, &mut simple, factor, stop)?;
+    }
     Ok(simple)
 }
 
@@ -57,7 +67,6 @@ fn reduce(mesh: &VoxelMesh, factor: f64, stop: &Stop) -> Result<VoxelMesh, Stopp
         bounds: bounds(mesh),
         scratch: Default::default(),
     };
-    surface.drop_parts(&mesh.voxels, stop)?;
     surface.fill_notches(stop)?;
     let all = Triangulations::new();
     let (mut passed, mut merged) = (0, 0);
@@ -94,8 +103,8 @@ fn bounds(mesh: &VoxelMesh) -> [touch::Point; 2] {
     bounds
 }
 
-/// The edges at a vertex that changed after `since`, with their squared lengths.
-fn edges(surface: &Surface, since: u32) -> Vec<(u64, u32, u32)> {
+/// The edges at a vertex that changed after `since`, with their ranks.
+fn edges(surface: &Surface, since: u32) -> Vec<(Rank, u32, u32)> {
     let topology = &surface.topology;
     let mut edges = Vec::new();
     for c in 0..topology.vertex.len() as u32 {
@@ -105,7 +114,8 @@ fn edges(surface: &Surface, since: u32) -> Vec<(u64, u32, u32)> {
         let (a, b) = (topology.at(next(c)), topology.at(prev(c)));
         let once = topology.opposite[c as usize] == topology::NONE || a < b;
         if once && surface.changed[a as usize].max(surface.changed[b as usize]) > since {
-            edges.push((surface.squared(a, b), a.min(b), a.max(b)));
+            let (rank, [a, b]) = surface.rank(a, b);
+            edges.push((rank, a, b));
         }
     }
     edges
@@ -115,8 +125,8 @@ fn edges(surface: &Surface, since: u32) -> Vec<(u64, u32, u32)> {
 /// Returns how many were contracted.
 fn pass(surface: &mut Surface, since: u32, stop: &Stop) -> Result<usize, Stopped> {
     let mut queue = Queue::new();
-    for (squared, a, b) in edges(surface, since) {
-        queue.push(squared, Entry { time: 0, a, b });
+    for (rank, a, b) in edges(surface, since) {
+        queue.push(rank, Entry { time: 0, a, b });
     }
     // When all edges of a vertex were last queued: older entries are void.
     let mut queued = vec![0u32; surface.points.len()];
@@ -146,7 +156,8 @@ fn pass(surface: &mut Surface, since: u32, stop: &Stop) -> Result<usize, Stopped
             ring.push(surface.topology.at(prev(*last)));
         }
         for &x in &ring {
-            queue.push(surface.squared(kept, x), Entry { time, a: kept.min(x), b: kept.max(x) });
+            let (rank, [a, b]) = surface.rank(kept, x);
+            queue.push(rank, Entry { time, a, b });
         }
     }
     Ok(time as usize)

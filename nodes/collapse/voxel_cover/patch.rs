@@ -26,7 +26,12 @@ pub fn patch(mesh: &VoxelMesh, simple: &mut VoxelMesh, factor: f64, stop: &Stop)
 }
 
 /// The faces that `keep` admits, with what they cover of `voxels` (ascending numbers), as a mesh of their own.
-fn select(mesh: &VoxelMesh, voxels: &[u32], keep: impl Fn(usize) -> bool, stop: &Stop) -> Result<VoxelMesh, Stopped> {
+pub fn select(
+    mesh: &VoxelMesh,
+    voxels: &[u32],
+    keep: impl Fn(usize) -> bool,
+    stop: &Stop,
+) -> Result<VoxelMesh, Stopped> {
     let mut local = vec![u32::MAX; mesh.voxels.len()];
     voxels.iter().enumerate().for_each(|(i, v)| local[*v as usize] = i as u32);
     let (mut number, mut vertices, mut flags) = (vec![u32::MAX; mesh.vertices.len()], Vec::new(), Vec::new());

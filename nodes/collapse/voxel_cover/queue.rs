@@ -1,12 +1,7 @@
-//! Edges by length, shortest first; among equal lengths, first come, first served.
-
-use std::{cmp::Reverse, collections::BinaryHeap};
-
-/// Squared lengths below this have a list of their own: all of the many edges of a fresh mesh.
-const SHORT: usize = 4096;
+//! Edges by rank, least first; among equal ranks, first come, first served.
 
 /// An edge and when it was put in the queue.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Entry {
     pub time: u32,
     pub a: u32,
@@ -19,31 +14,40 @@ struct Fifo {
     taken: usize,
 }
 
-/// A priority queue over integer squared lengths (quarter units).
+/// A number of at least 1, to six binary digits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Rank(u16);
+
+impl Rank {
+    /// Anything below 1, and what is no number, counts as 1.
+    pub fn of(x: f64) -> Self {
+        let digits = |x: f32| x.to_bits() >> 17;
+        Self((digits((x as f32).max(1.0).min(f32::MAX)) - digits(1.0)) as u16)
+    }
+
+    const COUNT: usize = 128 << 6;
+}
+
+/// A priority queue.
 pub struct Queue {
-    short: Vec<Fifo>,
+    ranks: Vec<Fifo>,
     /// No list below this one holds anything.
     lowest: usize,
-    long: BinaryHeap<Reverse<(u64, Entry)>>,
 }
 
 impl Queue {
     pub fn new() -> Self {
-        Self { short: (0..SHORT).map(|_| Fifo::default()).collect(), lowest: SHORT, long: BinaryHeap::new() }
+        Self { ranks: (0..Rank::COUNT).map(|_| Fifo::default()).collect(), lowest: Rank::COUNT }
     }
 
-    pub fn push(&mut self, squared: u64, entry: Entry) {
-        match usize::try_from(squared) {
-            Ok(s) if s < SHORT => {
-                self.short[s].items.push(entry);
-                self.lowest = self.lowest.min(s);
-            }
-            _ => self.long.push(Reverse((squared, entry))),
-        }
+    pub fn push(&mut self, rank: Rank, entry: Entry) {
+        let rank = usize::from(rank.0);
+        self.ranks[rank].items.push(entry);
+        self.lowest = self.lowest.min(rank);
     }
 
     pub fn pop(&mut self) -> Option<Entry> {
-        while let Some(fifo) = self.short.get_mut(self.lowest) {
+        while let Some(fifo) = self.ranks.get_mut(self.lowest) {
             if let Some(entry) = fifo.items.get(fifo.taken) {
                 fifo.taken += 1;
                 return Some(*entry);
@@ -51,7 +55,7 @@ impl Queue {
             *fifo = Fifo::default();
             self.lowest += 1;
         }
-        self.long.pop().map(|Reverse((_, entry))| entry)
+        None
     }
 }
 
@@ -60,17 +64,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shortest_first_then_oldest() {
-        let lengths = [5u64, 1 << 40, 4, 5, 4096, 4095, 4, 1 << 40];
+    fn least_first_then_oldest() {
+        let ranks = [5.0, 1e12, 4.0, 5.0, 4096.0, 4000.0, 4.0, 1e12, 0.0, f64::MAX];
         let mut queue = Queue::new();
         let entry = |i: usize| Entry { time: i as u32, a: 0, b: 1 };
-        lengths.iter().enumerate().for_each(|(i, l)| queue.push(*l, entry(i)));
-        let mut expected: Vec<usize> = (0..lengths.len()).collect();
-        expected.sort_by_key(|i| (lengths[*i], *i));
+        ranks.iter().enumerate().for_each(|(i, r)| queue.push(Rank::of(*r), entry(i)));
+        let mut expected: Vec<usize> = (0..ranks.len()).collect();
+        expected.sort_by(|i, j| ranks[*i].total_cmp(&ranks[*j]).then(i.cmp(j)));
         let found: Vec<usize> = std::iter::from_fn(|| queue.pop()).map(|e| e.time as usize).collect();
         assert_eq!(found, expected);
-        queue.push(7, entry(1));
-        queue.push(3, entry(2));
+        queue.push(Rank::of(7.0), entry(1));
+        queue.push(Rank::of(3.0), entry(2));
         assert_eq!(queue.pop(), Some(entry(2)));
+        queue.push(Rank::of(f64::INFINITY), entry(3));
+        queue.push(Rank::of(f64::NAN), entry(4));
+        assert_eq!(queue.pop(), Some(entry(4)));
     }
 }

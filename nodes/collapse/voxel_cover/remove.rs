@@ -108,6 +108,9 @@ impl Surface {
                     let closes = (i, k) == (0, n - 1);
                     let free = |p: usize, q: usize| q == p + 1 || !self.are_neighbours(ring[p], ring[q]);
                     let ok = agrees(corners, steep) && free(i, j) && free(j, k) && (closes || free(i, k));
+                    let old = |p: usize, q: usize| q == p + 1 || (p, q) == (0, n - 1);
+                    let mut holds = |p: usize, q: usize| old(p, q) || self.cover.holds_edge(points[p], points[q]);
+                    let ok = ok && holds(i, j) && holds(j, k) && holds(i, k);
                     *slot = if ok { Known::Touches(self.cover.touched(corners, &needed)) } else { Known::Forbidden };
                 }
                 match slot {

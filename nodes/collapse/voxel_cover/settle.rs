@@ -6,79 +6,88 @@
 
 use super::{
     contract::{Surface, keeps_side},
+    cover::any_touches,
     merge::around,
 };
 use crate::{
     math::{Stop, Stopped},
     voxel::touch::{Point, Toucher},
 };
+use rayon::prelude::*;
 
 /// Steps to a side that are tried, in quarter pixels, the longest first.
 const STRIDES: [f64; 2] = [3.0, 1.0];
+/// Most voxels that the faces around a vertex are compared by.
+const SAMPLES: usize = 256;
 /// Rounds over all vertices with one stride.
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 2;
 
 impl Surface {
     pub fn settle(&mut self, stop: &Stop) -> Result<(), Stopped> {
         let mut star = Vec::new();
         for stride in STRIDES {
+            let mut since = 0;
             for _ in 0..ROUNDS {
-                let mut moved = 0;
+                let start = self.clock;
                 for v in 0..self.points.len() as u32 {
-                    if self.is_live(v) && !self.locked[v as usize] {
+                    if self.is_live(v) && !self.locked[v as usize] && self.changed[v as usize] > since {
                         stop.check()?;
-                        moved += usize::from(self.settle_vertex(v, stride, &mut star));
+                        self.settle_vertex(v, stride, &mut star);
                     }
                 }
-                if moved == 0 {
+                if self.clock == start {
                     break;
                 }
+                since = start;
             }
         }
         Ok(())
     }
 
-    fn settle_vertex(&mut self, v: u32, stride: f64, star: &mut Vec<u32>) -> bool {
+    fn settle_vertex(&mut self, v: u32, stride: f64, star: &mut Vec<u32>) {
         self.topology.star(v, star);
         let faces: Vec<u32> = star.iter().map(|c| c / 3).collect();
         if faces.len() > super::cover::MOST_FACES {
-            return false;
+            return;
         }
         self.cover.collect(faces.iter().copied());
-        let rim = self.topology.rim(v, star);
+        let mut ring = Vec::new();
+        self.topology.ring(v, star, &mut ring);
         let here = self.points[v as usize];
         let moved = |s: &Self, place: Point| -> Vec<[Point; 3]> {
             let corners = faces.iter().map(|f| s.topology.corners(*f));
             corners.map(|c| c.map(|u| if u == v { place } else { s.points[u as usize] })).collect()
         };
         let old = moved(self, here);
-        let mut places: Vec<(usize, Point)> = around(here, stride)
-            .skip(1)
-            .filter(|p| self.in_bounds(*p))
-            .map(|p| (self.cover.tight(&moved(self, p)), p))
+        let loose = self.cover.loose(&old, usize::MAX);
+        let places: Vec<Point> = around(here, stride).skip(1).filter(|p| self.in_bounds(*p)).collect();
+        let mut places: Vec<(usize, Point)> = places
+            .par_iter()
+            .map(|p| (self.cover.loose(&moved(self, *p), loose), *p))
+            .filter(|p| p.0 < loose)
             .collect();
-        let least = self.cover.tight(&old);
-        places.retain(|p| p.0 > least);
-        places.sort_by_key(|p| std::cmp::Reverse(p.0));
+        places.sort_by_key(|p| p.0);
         for (_, place) in places {
             let new = moved(self, place);
             if old.iter().zip(&new).all(|(o, n)| keeps_side(*o, *n))
                 && self.cover.keeps(&new)
-                && rim.iter().flatten().all(|u| self.cover.holds_edge(self.points[*u as usize], place))
+                && ring.iter().all(|u| self.cover.holds_edge(self.points[*u as usize], place))
             {
                 self.cover.replace(faces.iter().copied(), &faces);
                 self.points[v as usize] = place;
-                return true;
+                self.note(v);
+                return;
             }
         }
-        false
     }
 }
 
 impl super::cover::Cover {
-    /// How many of the collected visible voxels the faces touch within boxes that are not enlarged.
-    fn tight(&self, faces: &[[Point; 3]]) -> usize {
+    /// How many of a sample of the collected visible voxels the faces do not touch within boxes that are not enlarged; `most`
+    /// stands for anything more.
+    fn loose(&self, faces: &[[Point; 3]], most: usize) -> usize {
         let touchers: Vec<Toucher> = faces.iter().map(|f| Toucher::new(*f, 2.0)).collect();
-        self.collected().filter(|c| touchers.iter().any(|t| t.touches(c))).count()
+        let (mut last, every) = (0, self.collected_count().div_ceil(SAMPLES).max(1));
+        self.collected().step_by(every).filter(|c| !any_touches(&touchers, c, &mut last)).take(most).count()
     }
 }

@@ -1,0 +1,39 @@
+//! Drawing triangles in voxel space under a shear.
+//!
+//! Seen from another place of the view cell, layers move against each other by up to a pixel a layer (section 4.1): in voxel space
+//! that picture is a parallel projection of a shear.
+
+/// Calls `each` with every pixel that a triangle covers, corners in pixels (centres at integers) and layers, and its depth there.
+pub fn draw(corners: [[f64; 3]; 3], width: usize, height: usize, mut each: impl FnMut(usize, f32)) {
+    let [a, b, c] = corners;
+    let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    if area == 0.0 {
+        return;
+    }
+    let slope = |i: usize| {
+        let (u, v) = ((b[2] - a[2]) / area, (c[2] - a[2]) / area);
+        if i == 0 { u * (c[1] - a[1]) - v * (b[1] - a[1]) } else { v * (b[0] - a[0]) - u * (c[0] - a[0]) }
+    };
+    let (zx, zy) = (slope(0), slope(1));
+    let [low, high] = [f64::min, f64::max].map(|f| f(f(a[1], b[1]), c[1]));
+    let rows = low.ceil().max(0.0) as usize..(high.floor() + 1.0).clamp(0.0, height as f64) as usize;
+    for y in rows {
+        let t = y as f64;
+        let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            if (p[1] <= t && t <= q[1]) || (q[1] <= t && t <= p[1]) {
+                for x in
+                    if p[1] == q[1] { [p[0], q[0]] } else { [p[0] + (q[0] - p[0]) * (t - p[1]) / (q[1] - p[1]); 2] }
+                {
+                    from = from.min(x);
+                    to = to.max(x);
+                }
+            }
+        }
+        let columns = from.ceil().max(0.0) as usize..(to.floor() + 1.0).clamp(0.0, width as f64) as usize;
+        for x in columns {
+            let z = (a[2] + zx * (x as f64 - a[0]) + zy * (t - a[1])) as f32;
+            each(y * width + x, z);
+        }
+    }
+}
