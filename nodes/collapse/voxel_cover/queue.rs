@@ -22,7 +22,8 @@ impl Rank {
     /// Anything below 1, and what is no number, counts as 1.
     pub fn of(x: f64) -> Self {
         let digits = |x: f32| x.to_bits() >> 17;
-        Self((digits((x as f32).max(1.0).min(f32::MAX)) - digits(1.0)) as u16)
+        let x = if x > 1.0 { (x as f32).min(f32::MAX) } else { 1.0 };
+        Self((digits(x) - digits(1.0)) as u16)
     }
 
     const COUNT: usize = 128 << 6;
