@@ -11,8 +11,9 @@
 //!
 //! What always holds: every voxel is named by a face that touches it; an edge has at most two faces, of opposite direction;
 //! around a vertex there is one fan of faces; faces in a layer are counter-clockwise seen from the cell's centre and walls
-//! agree with them (slanted walls so show the centre their back). A voxel belongs to one mesh only: voxels that touch, if only at a corner, are in one mesh. A mesh may so have
-//! parts that share no vertex; simplification needs to see them together, for often one is within the tolerance of the other.
+//! agree with them (slanted walls so show the centre their back). A voxel belongs to one mesh only: voxels that touch, if only
+//! at a corner, are in one mesh. A mesh may so have parts that share no vertex; simplification needs to see them together, for
+//! often one is within the tolerance of the other.
 //!
 //! Where an image continues in another frustum, its border voxels act as one more row or column whose vertices are moved
 //! onto the seam; both frusta so end in the same seam vertices, which are locked.

@@ -24,6 +24,11 @@ pub fn sub(a: Point, b: Point) -> Point {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
+/// Scalar product.
+pub fn dot(a: Point, b: Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
 /// Cross product of b − a and c − a.
 pub fn normal(a: Point, b: Point, c: Point) -> Point {
     let (u, v) = (sub(b, a), sub(c, a));
@@ -76,7 +81,7 @@ impl Toucher {
             low: std::array::from_fn(|i| a[i].min(b[i]).min(c[i]) - half),
             high: std::array::from_fn(|i| a[i].max(b[i]).max(c[i]) + half),
             normal: n,
-            offset: n[0] * a[0] + n[1] * a[1] + n[2] * a[2],
+            offset: dot(n, a),
             reach: half * (area[0] + area[1] + area[2]),
             edges,
         }
@@ -90,8 +95,7 @@ impl Toucher {
         if c[2] < self.low[2] || c[2] > self.high[2] {
             return false;
         }
-        let n = &self.normal;
-        if (n[0] * c[0] + n[1] * c[1] + n[2] * c[2] - self.offset).abs() > self.reach {
+        if (dot(self.normal, *c) - self.offset).abs() > self.reach {
             return false;
         }
         self.edges.iter().all(|(u, v, plane)| plane.iter().all(|e| e[0] * c[*u] + e[1] * c[*v] + e[2] >= 0.0))

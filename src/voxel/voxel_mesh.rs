@@ -1,11 +1,19 @@
 //! What must hold for the numbers in a [`VoxelMesh`], whoever made it.
 
-use super::{Voxel, VoxelMesh};
+use super::{
+    Voxel, VoxelMesh,
+    touch::{Point, point},
+};
 
 impl VoxelMesh {
     /// The voxels that face `f` covers, numbers into `voxels`.
     pub fn covered_by(&self, f: usize) -> &[u32] {
         &self.cover[self.cover_start[f] as usize..self.cover_start[f + 1] as usize]
+    }
+
+    /// The corners of face `f`, quarter units.
+    pub fn triangle(&self, f: usize) -> [Point; 3] {
+        self.faces[f].map(|v| point(self.vertices[v as usize]))
     }
 
     /// Checks that every number leads to something: lengths, faces, cover lists, order of the voxels.

@@ -5,7 +5,7 @@ use super::{
     queue::Rank,
     topology::{NONE, Topology, next, prev},
 };
-use crate::voxel::touch::{Point, normal, sub};
+use crate::voxel::touch::{Point, dot, normal, sub};
 
 /// The mesh while it is simplified.
 pub struct Surface {
@@ -91,7 +91,6 @@ impl Surface {
     fn cost(&self, a: u32, b: u32) -> f64 {
         let topology = &self.topology;
         let (here, there) = (self.points[a as usize], self.points[b as usize]);
-        let dot = |u: Point, v: Point| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
         let from_line = |end: u32| {
             let end = self.points[end as usize];
             let (along, n) = (sub(end, here), normal(here, end, there));
@@ -308,7 +307,6 @@ pub fn keeps_side(old: [Point; 3], new: [Point; 3]) -> bool {
 
 /// Whether two vectors, neither zero, enclose at most 80°.
 pub fn within_80_degrees(m: Point, n: Point) -> bool {
-    let dot = |u: Point, v: Point| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
     /// cos² 80°
     const LEAST: f64 = 0.030_153_689_607_045_8;
     let along = dot(m, n);

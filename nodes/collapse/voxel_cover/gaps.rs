@@ -5,12 +5,11 @@
 //! (section 4.1), which makes the picture in voxel space a shear. Both the voxels and the faces are drawn under shears of up to half
 //! of that, and where faces miss the inside of a surface, its voxels are reported.
 
-use super::shear::draw;
+use super::shear::{draw, under_all};
 use crate::{
     math::{Stop, Stopped},
     voxel::{Voxel, touch::Point},
 };
-use rayon::prelude::*;
 
 /// Shears per axis, pixels a layer.
 const SHEARS: [f64; 7] = [-0.5, -0.35, -0.2, 0.0, 0.2, 0.35, 0.5];
@@ -20,14 +19,7 @@ const BEHIND: f32 = 2.5;
 /// Numbers of the visible voxels that `faces` leave bare, ascending.
 pub fn bare(voxels: &[Voxel], faces: &[[Point; 3]], stop: &Stop) -> Result<Vec<u32>, Stopped> {
     let Some(frame) = Frame::around(voxels) else { return Ok(Vec::new()) };
-    let shears: Vec<[f64; 2]> = SHEARS.iter().flat_map(|y| SHEARS.map(|x| [x, *y])).collect();
-    let found: Vec<Vec<u32>> = shears
-        .par_iter()
-        .map(|shear| {
-            stop.check()?;
-            Ok(frame.bare(*shear, voxels, faces))
-        })
-        .collect::<Result<_, Stopped>>()?;
+    let found = under_all(&SHEARS, stop, |shear| frame.bare(shear, voxels, faces))?;
     let mut all = found.concat();
     all.sort_unstable();
     all.dedup();

@@ -150,11 +150,7 @@ fn pass(surface: &mut Surface, since: u32, stop: &Stop) -> Result<usize, Stopped
         queued.resize(surface.points.len(), 0);
         queued[kept as usize] = time;
         surface.topology.star(kept, &mut star);
-        ring.clear();
-        ring.extend(star.iter().map(|c| surface.topology.at(next(*c))));
-        if let Some(last) = star.last().filter(|_| surface.topology.is_boundary(kept)) {
-            ring.push(surface.topology.at(prev(*last)));
-        }
+        surface.topology.ring(kept, &star, &mut ring);
         for &x in &ring {
             let (rank, [a, b]) = surface.rank(kept, x);
             queue.push(rank, Entry { time, a, b });
@@ -174,7 +170,7 @@ fn sweep(surface: &mut Surface, all: &Triangulations, since: u32, stop: &Stop) -
     Ok(())
 }
 
-/// Tries to merge the ends of every edge that changed after `since`, shortest first.
+/// Tries to merge the ends of every edge that changed after `since`, in order of rank.
 fn merges(surface: &mut Surface, since: u32, stop: &Stop) -> Result<(), Stopped> {
     let mut edges = edges(surface, since);
     edges.sort_unstable();

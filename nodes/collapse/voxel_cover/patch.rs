@@ -6,14 +6,13 @@
 use super::{drop::neighbours, gaps::bare, reduce};
 use crate::{
     math::{Stop, Stopped},
-    voxel::{Voxel, VoxelMesh, assemble::split_bow_ties, touch},
+    voxel::{Voxel, VoxelMesh, assemble::split_bow_ties},
 };
 use std::collections::BTreeSet;
 
 /// Adds to `simple`, which stands for `mesh`, patches over what it leaves bare.
 pub fn patch(mesh: &VoxelMesh, simple: &mut VoxelMesh, factor: f64, stop: &Stop) -> Result<(), Stopped> {
-    let points = |f: &[u32; 3]| f.map(|v| touch::point(simple.vertices[v as usize]));
-    let faces: Vec<_> = simple.faces.iter().map(points).collect();
+    let faces: Vec<_> = (0..simple.faces.len()).map(|f| simple.triangle(f)).collect();
     let bare = bare(&mesh.voxels, &faces, stop)?;
     if bare.is_empty() {
         return Ok(());

@@ -57,10 +57,8 @@ impl Surface {
         let mut star = Vec::new();
         self.topology.star(a, &mut star);
         let boundary = self.topology.is_boundary(a);
-        let mut ring: Vec<u32> = star.iter().map(|c| self.topology.at(next(*c))).collect();
-        if boundary && let Some(last) = star.last() {
-            ring.push(self.topology.at(prev(*last)));
-        }
+        let mut ring = Vec::new();
+        self.topology.ring(a, &star, &mut ring);
         let n = ring.len();
         if !(3..=MOST_SIDES).contains(&n) {
             return false;

@@ -3,6 +3,21 @@
 //! Seen from another place of the view cell, layers move against each other by up to a pixel a layer (section 4.1): in voxel space
 //! that picture is a parallel projection of a shear.
 
+use crate::math::{Stop, Stopped};
+use rayon::prelude::*;
+
+/// What `look` finds under every shear of x and y by one of `steps` each, pixels a layer.
+pub fn under_all<T: Send>(steps: &[f64], stop: &Stop, look: impl Fn([f64; 2]) -> T + Sync) -> Result<Vec<T>, Stopped> {
+    let shears: Vec<[f64; 2]> = steps.iter().flat_map(|y| steps.iter().map(|x| [*x, *y])).collect();
+    shears
+        .par_iter()
+        .map(|shear| {
+            stop.check()?;
+            Ok(look(*shear))
+        })
+        .collect()
+}
+
 /// Calls `each` with every pixel that a triangle covers, corners in pixels (centres at integers) and layers, and its depth there.
 pub fn draw(corners: [[f64; 3]; 3], width: usize, height: usize, mut each: impl FnMut(usize, f32)) {
     let [a, b, c] = corners;

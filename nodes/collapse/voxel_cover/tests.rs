@@ -10,15 +10,11 @@ use crate::{
     voxel::{
         Across, Field, Side, Slices, VoxelMesh,
         cover_mesh::cover_meshes,
-        touch::{Point, Toucher, centre, cover_unit, interval, normal, point},
+        touch::{Toucher, centre, cover_unit, interval, normal, point},
     },
 };
 use proptest::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-
-fn triangle(m: &VoxelMesh, f: usize) -> [Point; 3] {
-    m.faces[f].map(|v| point(m.vertices[v as usize]))
-}
 
 fn boundary(m: &VoxelMesh) -> Vec<(u32, u32)> {
     let directed: BTreeSet<_> = m.faces.iter().flat_map(|f| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])]).collect();
@@ -35,7 +31,7 @@ fn seam(m: &VoxelMesh) -> BTreeSet<([i32; 3], [i32; 3])> {
 fn check_cover(m: &VoxelMesh, half: f64, what: &str) {
     let mut named = vec![false; m.voxels.len()];
     for f in 0..m.faces.len() {
-        let toucher = Toucher::new(triangle(m, f), half);
+        let toucher = Toucher::new(m.triangle(f), half);
         for v in m.covered_by(f) {
             assert!(toucher.touches(&centre(&m.voxels[*v as usize])), "{what}: face {f} names voxel {v}, but is apart");
             named[*v as usize] = true;
@@ -61,7 +57,7 @@ fn check(before: &VoxelMesh, factor: f64) -> VoxelMesh {
     let mut directed = BTreeSet::new();
     let mut fans: BTreeMap<u32, Vec<(u32, u32)>> = BTreeMap::new();
     for (f, face) in after.faces.iter().enumerate() {
-        let [a, b, c] = triangle(&after, f);
+        let [a, b, c] = after.triangle(f);
         assert_ne!(normal(a, b, c), [0.0; 3], "face {f} is degenerate");
         assert_ne!(look(normal(a, b, c)), Look::Back, "face {f} folds over");
         for i in 0..3 {

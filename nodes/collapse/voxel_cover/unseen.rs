@@ -3,15 +3,14 @@
 //! What contractions push behind other faces is seen from nowhere, but it holds on to its neighbours. The mesh is drawn under
 //! shears; a face that is never in front goes, unless a visible voxel is covered by no other.
 
-use super::{patch::select, shear::draw};
+use super::{
+    patch::select,
+    shear::{draw, under_all},
+};
 use crate::{
     math::{Stop, Stopped},
-    voxel::{
-        VoxelMesh,
-        touch::{self, Point},
-    },
+    voxel::{VoxelMesh, touch::Point},
 };
-use rayon::prelude::*;
 
 /// Shears per axis, pixels a layer. A whole pixel is reached at the image's edge only, from a corner of the cell.
 const SHEARS: [f64; 9] = [-0.75, -0.5625, -0.375, -0.1875, 0.0, 0.1875, 0.375, 0.5625, 0.75];
@@ -22,7 +21,7 @@ const BEHIND: f32 = 0.05;
 
 /// `mesh` without the faces that are seen from nowhere in the cell and that no voxel needs.
 pub fn without_unseen(mesh: &VoxelMesh, stop: &Stop) -> Result<VoxelMesh, Stopped> {
-    let faces: Vec<_> = mesh.faces.iter().map(|f| f.map(|v| touch::point(mesh.vertices[v as usize]))).collect();
+    let faces: Vec<_> = (0..mesh.faces.len()).map(|f| mesh.triangle(f)).collect();
     let seen = seen(&faces, stop)?;
     let mut count = vec![0u32; mesh.voxels.len()];
     mesh.cover.iter().for_each(|v| count[*v as usize] += 1);
@@ -41,14 +40,7 @@ pub fn without_unseen(mesh: &VoxelMesh, stop: &Stop) -> Result<VoxelMesh, Stoppe
 
 /// Per face whether it is in front anywhere under any shear.
 fn seen(faces: &[[Point; 3]], stop: &Stop) -> Result<Vec<bool>, Stopped> {
-    let shears: Vec<[f64; 2]> = SHEARS.iter().flat_map(|y| SHEARS.map(|x| [x, *y])).collect();
-    let found: Vec<Vec<bool>> = shears
-        .par_iter()
-        .map(|shear| {
-            stop.check()?;
-            Ok(seen_under(*shear, faces))
-        })
-        .collect::<Result<_, Stopped>>()?;
+    let found = under_all(&SHEARS, stop, |shear| seen_under(shear, faces))?;
     Ok((0..faces.len()).map(|f| found.iter().any(|s| s[f])).collect())
 }
 
