@@ -13,8 +13,8 @@
 
 use super::{
     cracks::cracks,
-    deviation::max_deviation,
-    edges::{BELOW, RIGHT, Surfaces, dilate_round, edge_pixels},
+    edges::{Surfaces, dilate_round, edge_pixels},
+    nearby::Nearby,
     parallax::{Angle, Parallax},
 };
 
@@ -61,8 +61,6 @@ pub struct Counts {
     pub inside: ClassCounts,
     /// Pixels of cracks (see [`super::cracks`]), anywhere.
     pub crack: u64,
-    /// See [`super::deviation`]; pixels.
-    pub max_deviation: f64,
 }
 
 impl Counts {
@@ -90,7 +88,8 @@ impl ClassCounts {
 pub fn classify(original: &Surfaces, stand_in: &Surfaces, edges: &[u8], rule: &Rule) -> Classes {
     let width = original.width;
     let band = dilate_round(&edge_pixels(edges, width), width, rule.band_px);
-    let mut nearby = Nearby::new(rule.band_px, width, edges);
+    let reach = (rule.band_px * rule.band_px) as i32;
+    let mut nearby = Nearby::new(rule.band_px as i32, width, edges);
     let class: Vec<Class> = (0..original.depth.len())
         .map(|i| {
             let (zo, zs) = (original.depth[i], stand_in.depth[i]);
@@ -99,11 +98,11 @@ pub fn classify(original: &Surfaces, stand_in: &Surfaces, edges: &[u8], rule: &R
                 (true, false) => Class::Missing,
                 (false, true) => Class::Extra,
                 (true, true) if rule.parallax.deeper(i, zo, zs, rule.bound) => {
-                    let right = nearby.any(i, |q| !rule.parallax.deeper(i, original.depth[q], zs, rule.bound));
+                    let right = nearby.any(i, reach, |q| !rule.parallax.deeper(i, original.depth[q], zs, rule.bound));
                     if right { Class::Right } else { Class::WrongSurface }
                 }
                 (true, true) if rule.parallax.deeper(i, zs, zo, rule.bound) => {
-                    let right = nearby.any(i, |q| !rule.parallax.deeper(i, zs, original.depth[q], rule.bound));
+                    let right = nearby.any(i, reach, |q| !rule.parallax.deeper(i, zs, original.depth[q], rule.bound));
                     if right { Class::Right } else { Class::InFront }
                 }
                 _ => Class::Right,
@@ -112,11 +111,7 @@ pub fn classify(original: &Surfaces, stand_in: &Surfaces, edges: &[u8], rule: &R
         .collect();
     let holes: Vec<bool> = class.iter().map(|c| matches!(c, Class::Missing | Class::WrongSurface)).collect();
     let crack = cracks(&holes, edges, &band, width);
-    let mut counts = Counts {
-        crack: crack.iter().filter(|c| **c).count() as u64,
-        max_deviation: max_deviation(original, stand_in, rule),
-        ..Counts::default()
-    };
+    let mut counts = Counts { crack: crack.iter().filter(|c| **c).count() as u64, ..Counts::default() };
     for (i, c) in class.iter().enumerate() {
         counts.covered += u64::from(original.covered(i));
         counts.band += u64::from(band[i]);
@@ -130,59 +125,4 @@ pub fn classify(original: &Surfaces, stand_in: &Surfaces, edges: &[u8], rule: &R
         }
     }
     Classes { class, band, crack, counts }
-}
-
-/// Searches the pixels within a radius that lie on the same continuous surface of the original: reached by
-/// steps to 4-neighbours without crossing a discontinuity.
-struct Nearby<'a> {
-    radius: i32,
-    width: i32,
-    edges: &'a [u8],
-    /// Stamp of the search that reached a place of the window last.
-    reached: Vec<u32>,
-    stamp: u32,
-    queue: Vec<(i32, i32)>,
-}
-
-impl<'a> Nearby<'a> {
-    fn new(radius: u32, width: usize, edges: &'a [u8]) -> Self {
-        let side = 2 * radius as usize + 1;
-        let reached = vec![0; side * side];
-        Self { radius: radius as i32, width: width as i32, edges, reached, stamp: 0, queue: Vec::new() }
-    }
-
-    /// True where `right(q)` holds for a pixel q so reached from `i`.
-    fn any(&mut self, i: usize, right: impl Fn(usize) -> bool) -> bool {
-        let (r, w, h) = (self.radius, self.width, (self.edges.len() / self.width as usize) as i32);
-        let (x0, y0) = (i as i32 % w, i as i32 / w);
-        self.stamp = self.stamp.wrapping_add(1);
-        self.queue.clear();
-        self.queue.push((0, 0));
-        let mut next = 0;
-        while let Some(&(dx, dy)) = self.queue.get(next) {
-            next += 1;
-            let q = ((y0 + dy) * w + x0 + dx) as usize;
-            if right(q) {
-                return true;
-            }
-            for (sx, sy) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
-                let (ex, ey) = (dx + sx, dy + sy);
-                let (x, y) = (x0 + ex, y0 + ey);
-                if ex * ex + ey * ey > r * r || x < 0 || y < 0 || x >= w || y >= h {
-                    continue;
-                }
-                // The discontinuity is stored with the left or upper pixel of the pair.
-                let first = if sx + sy > 0 { q } else { (y * w + x) as usize };
-                if self.edges[first] & if sx != 0 { RIGHT } else { BELOW } != 0 {
-                    continue;
-                }
-                let place = &mut self.reached[((ey + r) * (2 * r + 1) + ex + r) as usize];
-                if *place != self.stamp {
-                    *place = self.stamp;
-                    self.queue.push((ex, ey));
-                }
-            }
-        }
-        false
-    }
 }

@@ -318,8 +318,8 @@ fn worst_views(
     }
     let (mut view, mut most) = (0, 0.0);
     for (i, f) in figures.iter().enumerate() {
-        if f.counts.max_deviation > most {
-            (view, most) = (i, f.counts.max_deviation);
+        if f.max_deviation > most {
+            (view, most) = (i, f.max_deviation);
         }
     }
     add("max_deviation_px", "worst-deviation", view, most, most > 0.0);

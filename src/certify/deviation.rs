@@ -1,51 +1,63 @@
 //! The largest deviation on the screen: how far a wrong pixel is from the nearest pixel where it would be right.
 //!
 //! Where the stand-in is missing or deeper than the bound allows at pixel p, the original's surface at p would be right at
-//! any pixel q where the stand-in is at most as deep; where the stand-in is extra or in front, its surface would be right
-//! where the original is at most as deep. Depths are compared as in [`super::classes`]. The distance between the centres
-//! of p and q, less half a pixel, estimates the distance to the stand-in's outline between q and its neighbour to
-//! within half a pixel.
+//! any pixel q where the stand-in is at most as deep; and where the surface itself goes on from p to q without a discontinuity
+//! and the stand-in is right at q, its outline has moved no farther than that. (A plane's depth changes by any amount from
+//! pixel to pixel at a grazing angle; the first alone would find a row that is cut off nowhere near.) Where the stand-in
+//! is extra or in front, likewise with the roles exchanged. Depths are compared as in [`super::classes`]. The distance between
+//! the centres of p and q, less half a pixel, estimates the distance to the outline between q and its neighbour to within half a
+//! pixel.
 
-use super::{classes::Rule, edges::Surfaces};
+use super::{classes::Rule, edges::Surfaces, nearby::Nearby};
 
 /// Larger deviations are reported as this many pixels less one half.
 pub const DEVIATION_CAP_PX: i32 = 32;
 
+/// What a scene shows in a view, and its discontinuities.
+pub struct Seen<'a> {
+    pub surfaces: Surfaces<'a>,
+    pub edges: &'a [u8],
+}
+
 /// The largest deviation of a view in pixels; 0 where no pixel deviates.
-pub fn max_deviation(original: &Surfaces, stand_in: &Surfaces, rule: &Rule) -> f64 {
-    let squared = one_way(original, stand_in, rule).max(one_way(stand_in, original, rule));
+pub fn max_deviation(original: &Seen, stand_in: &Seen, rule: &Rule) -> f64 {
+    let squared = one_way(original, &stand_in.surfaces, rule).max(one_way(stand_in, &original.surfaces, rule));
     if squared == 0 { 0.0 } else { f64::from(squared).sqrt() - 0.5 }
 }
 
-/// The largest squared distance from a pixel where `b` lies behind `a` to the nearest where it does not.
-fn one_way(a: &Surfaces, b: &Surfaces, rule: &Rule) -> i32 {
+/// The largest squared distance from a pixel where `b` lies behind what is seen to the nearest where it does not.
+fn one_way(seen: &Seen, b: &Surfaces, rule: &Rule) -> i32 {
+    let a = &seen.surfaces;
     let offsets = offsets();
     let (w, h) = (a.width as i32, (a.depth.len() / a.width) as i32);
-    // Offsets up to `most` are those nearer than the largest deviation so far.
-    let mut most = 0;
+    let cap = DEVIATION_CAP_PX * DEVIATION_CAP_PX;
+    let mut nearby = Nearby::new(DEVIATION_CAP_PX, a.width, seen.edges);
+    let behind = |q: usize, z: f32| rule.parallax.deeper(q, z, b.depth[q], rule.bound);
+    // Offsets up to `most` are those no farther than the largest deviation so far, `farthest`.
+    let (mut most, mut farthest) = (0, 0);
     for p in 0..a.depth.len() {
         let z = a.depth[p];
-        if !rule.parallax.deeper(p, z, b.depth[p], rule.bound) {
+        if !behind(p, z) {
             continue;
         }
         let (x0, y0) = ((p % a.width) as i32, (p / a.width) as i32);
-        let right = |&(dx, dy): &(i32, i32)| {
+        let as_near = |&(dx, dy): &(i32, i32)| {
             let (x, y) = (x0 + dx, y0 + dy);
-            x >= 0 && y >= 0 && x < w && y < h && {
-                let q = (y * w + x) as usize;
-                !rule.parallax.deeper(q, z, b.depth[q], rule.bound)
-            }
+            x >= 0 && y >= 0 && x < w && y < h && !behind((y * w + x) as usize, z)
         };
-        if offsets[..most].iter().any(right) {
+        let goes_on = |q: usize| !behind(q, a.depth[q]);
+        if offsets[..most].iter().any(as_near) || nearby.any(p, farthest, goes_on) {
             continue;
         }
-        most += offsets[most..].iter().position(right).unwrap_or(offsets.len() - most - 1);
-        if most == offsets.len() - 1 {
+        let squared = |(dx, dy): &(i32, i32)| dx * dx + dy * dy;
+        let of_depth = offsets[most..].iter().find(|o| as_near(o)).map_or(cap, squared);
+        farthest = nearby.nearest(p, of_depth, goes_on).unwrap_or(of_depth);
+        if farthest == cap {
             break;
         }
+        most = offsets.partition_point(|o| squared(o) <= farthest);
     }
-    let (dx, dy) = offsets[most];
-    dx * dx + dy * dy
+    farthest
 }
 
 /// The offsets within the cap, by distance; the first is (0, 0), the last one at the cap.

@@ -107,7 +107,7 @@ impl Figures {
                 wrong_surface_px: class(&inside, |c| c.wrong_surface),
                 in_front_px: class(&inside, |c| c.in_front),
             },
-            max_deviation_px: rounded(views.iter().map(|v| v.counts.max_deviation).fold(0.0, f64::max), 3),
+            max_deviation_px: rounded(views.iter().map(|v| v.max_deviation).fold(0.0, f64::max), 3),
             back_facing_px: most(&|v| v.back_facing),
             covered_px: most(&|v| v.counts.covered),
         }

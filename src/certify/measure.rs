@@ -2,6 +2,7 @@
 
 use super::{
     classes::{Classes, Counts, Rule, classify},
+    deviation::{Seen, max_deviation},
     edges::{Surfaces, dilate_square, discontinuities},
     frame::Frame,
     parallax::{Angle, Parallax},
@@ -44,6 +45,7 @@ pub struct Reference {
     pub shot: Shot,
     edges: Vec<u8>,
     rule: Rule,
+    pixel: Angle,
 }
 
 /// What one view says about a stand-in.
@@ -56,6 +58,8 @@ pub struct ViewFigures {
     pub ssim: f64,
     pub ssim_object: Option<f64>,
     pub counts: Counts,
+    /// See [`super::deviation`]; pixels.
+    pub max_deviation: f64,
     /// Pixels where the stand-in shows the back of a single-sided material, which engines do not draw.
     pub back_facing: u64,
 }
@@ -81,9 +85,16 @@ impl Reference {
             bound: Angle::new(setting.bound_px * setting.pixel),
             band_px: setting.bound_px.ceil() as u32,
         };
-        let plane = |t| plane(original.geometry, view, t);
-        let edges = discontinuities(&shot.surfaces(), &rule.parallax, Angle::new(setting.pixel), &plane);
-        Ok(Self { shot, edges, rule })
+        let pixel = Angle::new(setting.pixel);
+        let edges = edges(&shot, original.geometry, view, &rule.parallax, pixel);
+        Ok(Self { shot, edges, rule, pixel })
+    }
+
+    /// `geometry` is that of `stand_in`.
+    fn max_deviation(&self, stand_in: &Shot, geometry: &Geometry, view: &View) -> f64 {
+        let edges = edges(stand_in, geometry, view, &self.rule.parallax, self.pixel);
+        let original = Seen { surfaces: self.shot.surfaces(), edges: &self.edges };
+        max_deviation(&original, &Seen { surfaces: stand_in.surfaces(), edges: &edges }, &self.rule)
     }
 
     pub fn classes(&self, stand_in: &Shot) -> Classes {
@@ -106,9 +117,15 @@ impl Reference {
             ssim: (similar + outside) / frame.pixels,
             ssim_object: mean_within(&similarity, &object),
             counts: self.classes(b).counts,
+            max_deviation: self.max_deviation(b, geometry, &frame.window),
             back_facing: back_facing(geometry, &frame.window, &b.nearest),
         }
     }
+}
+
+/// The discontinuities of what `geometry` shows in `shot`.
+fn edges(shot: &Shot, geometry: &Geometry, view: &View, parallax: &Parallax, pixel: Angle) -> Vec<u8> {
+    discontinuities(&shot.surfaces(), parallax, pixel, &|t| plane(geometry, view, t))
 }
 
 /// The k of a triangle's plane, with 1/depth = k·d along the ray direction d in camera axes. Not finite where the plane

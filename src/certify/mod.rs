@@ -13,6 +13,7 @@ pub mod edges;
 mod figures;
 mod frame;
 mod measure;
+mod nearby;
 pub mod parallax;
 mod pictures;
 mod shading;

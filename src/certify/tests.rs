@@ -169,6 +169,28 @@ fn steep_ground_displaced_within_the_bound_is_right() {
 }
 
 #[test]
+fn steep_ground_cut_off_deviates_by_what_is_cut() {
+    // 6 m wide; rows of half a metre are missing at the near end, which is seen from 0.5 to 1.5 m above and 9.5 to 10.5 m away.
+    let ground = |cut: u32| {
+        let mut o = wall("ground", Vec3::ZERO, 40.0, |_, y| y >= cut);
+        o.transform = Mat4::from_translation(Vec3::new(0.0, -1.0, -30.0))
+            * Mat4::from_rotation_x(-std::f32::consts::FRAC_PI_2)
+            * Mat4::from_scale(Vec3::new(0.15, 1.0, 1.0));
+        scene(vec![o])
+    };
+    // Seen from height h the ground at distance z lies h/z below the horizon; the nearest and highest corner sees most of it.
+    let pixel = 2.0 * libm::tan(22.5_f64.to_radians()) / 160.0;
+    for cut in [1, 2, 8] {
+        let moved = 1.0 / 9.5 - 1.0 / (9.5 + 0.5 * f64::from(cut));
+        // The rows cut off, and how far the corners 3.5 m aside move; those are thin wedges between pixel centres.
+        let (rows, corner) = (1.5 * moved / pixel, libm::hypot(1.5, 3.5) * moved / pixel);
+        let f = judge(&ground(0), &ground(cut), 1.0).figures;
+        let found = f.max_deviation_px;
+        assert!(rows - 1.0 <= found && found <= corner + 4.0, "{cut}: {found}, {rows} to {corner}");
+    }
+}
+
+#[test]
 fn a_back_side_is_reported() {
     let mut turned = one(PLACE, |_, _| true);
     turned.objects[0].transform *= Mat4::from_rotation_y(std::f32::consts::PI);
