@@ -4,7 +4,9 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use farfield::{
     formats::{self, DiskFiles, Limits},
     math::{Stop, View},
-    raster::{Geometry, Options, Rendering, Shader, fragments_in_tiles, nearest, picture},
+    raster::{
+        Backend, Cpu, Geometry, Options, Prepared, Rendering, Shader, coverage, fragments_in_tiles, nearest, picture,
+    },
     scene::{Image, Material, Mesh, Object, Part, Scene, Texture, Wrap},
 };
 use glam::{DVec3, Mat4};
@@ -51,6 +53,19 @@ fn torus(rings: u32, sides: u32) -> Scene {
     Scene { objects: vec![Object { name: "torus".to_owned(), transform: Mat4::IDENTITY, parts: vec![part] }] }
 }
 
+/// The first adapter, software or not, where there is one.
+#[cfg(feature = "gpu")]
+fn adapters() -> Vec<(String, Box<dyn Backend>)> {
+    use farfield::gpu::{Gpu, Wanted};
+    let gpu = Gpu::open(Wanted::Any, 1 << 30).map_err(|e| eprintln!("only the CPU: {e}")).ok();
+    gpu.into_iter().map(|g| (g.info.name.clone(), Box::new(g) as Box<dyn Backend>)).collect()
+}
+
+#[cfg(not(feature = "gpu"))]
+fn adapters() -> Vec<(String, Box<dyn Backend>)> {
+    Vec::new()
+}
+
 fn measure(c: &mut Criterion, name: &str, scene: &Scene) {
     let bounds = scene.bounds();
     let eye = bounds.centre() + DVec3::new(0.4, 0.35, 0.85).normalize() * bounds.diagonal() * 0.9;
@@ -60,10 +75,27 @@ fn measure(c: &mut Criterion, name: &str, scene: &Scene) {
     let (options, stop) = (Options::default(), Stop::default());
     let mut group = c.benchmark_group(format!("{name} ({} triangles)", geometry.triangle_count()));
     group.sample_size(20);
-    group.bench_function("nearest 1024²", |b| b.iter(|| black_box(nearest(&geometry, &view(1024), &options, &stop))));
-    group.bench_function("fragments 1024²", |b| {
-        b.iter(|| fragments_in_tiles(&geometry, &view(1024), &options, &stop, |_, f| black_box(f.fragments.len())))
+    let adapters = adapters();
+    let backends: Vec<(&str, &dyn Backend)> = std::iter::once(("cpu", &Cpu as &dyn Backend))
+        .chain(adapters.iter().map(|(name, backend)| (&name[..], &**backend)))
+        .collect();
+    group.bench_function("prepare 1024²", |b| {
+        b.iter(|| black_box(Prepared::new(&geometry, &view(1024), &options, &stop).unwrap().tile_count()))
     });
+    for (name, backend) in backends {
+        group.bench_function(format!("nearest 1024², {name}"), |b| {
+            b.iter(|| black_box(nearest(backend, &geometry, &view(1024), &options, &stop)))
+        });
+        group.bench_function(format!("fragments 1024², {name}"), |b| {
+            b.iter(|| {
+                let prepared = Prepared::new(&geometry, &view(1024), &options, &stop).unwrap();
+                fragments_in_tiles(backend, &prepared, &stop, |_, f| black_box(f.fragments.len()))
+            })
+        });
+        group.bench_function(format!("coverage 1024², {name}"), |b| {
+            b.iter(|| coverage(backend, &geometry, &[view(1024)], &options, &stop, |_, c| black_box(c.area[0])))
+        });
+    }
     group.bench_function("prepare textures", |b| b.iter(|| black_box(Shader::new(&geometry))));
     let shader = Shader::new(&geometry);
     for (name, how) in [
@@ -71,7 +103,7 @@ fn measure(c: &mut Criterion, name: &str, scene: &Scene) {
         ("picture 512², 4×4 samples, 2×2 shaded", Rendering::default()),
         ("picture 512², 4×4 samples, all shaded", Rendering::default().with_samples(4)),
     ] {
-        group.bench_function(name, |b| b.iter(|| black_box(picture(&shader, &view(512), &how, &stop))));
+        group.bench_function(name, |b| b.iter(|| black_box(picture(&Cpu, &shader, &view(512), &how, &stop))));
     }
     group.finish();
 }

@@ -7,7 +7,7 @@ use farfield::{
     formats::{self, DiskFiles, Limits},
     image::save_png,
     math::{Stop, View},
-    raster::{Geometry, Light, Rendering, Shader, Shading, render},
+    raster::{Cpu, Geometry, Light, Rendering, Shader, Shading, render},
 };
 use glam::DVec3;
 use std::{error::Error, path::Path, time::Instant};
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let geometry = Geometry::new(&scene);
     let shader = Shader::new(&geometry);
     let ready = clock.elapsed();
-    let done = render(&shader, &view, &Rendering { shading, ..Rendering::default() }, &Stop::default())?;
+    let done = render(&Cpu, &shader, &view, &Rendering { shading, ..Rendering::default() }, &Stop::default())?;
     let seen = done.nearest.triangle.iter().filter(|t| **t != farfield::raster::NOTHING).count();
     println!(
         "{} triangles; prepared in {ready:.1?}, rendered in {:.1?}; {seen} of {} pixels covered",

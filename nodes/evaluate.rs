@@ -184,7 +184,15 @@ impl Node for Evaluate {
             ceiling_views: params.ceiling_views,
         };
         let ceiling = inputs.ceiling.as_deref();
-        let result = certify::compare(&inputs.original, &stand_in, ceiling, &inputs.cell, &options, ctx.stop);
+        let result = certify::compare(
+            &inputs.original,
+            &stand_in,
+            ceiling,
+            &inputs.cell,
+            &options,
+            super::backend(ctx),
+            ctx.stop,
+        );
         let comparison = result.map_err(|e| match e {
             CompareError::Stopped(s) => NodeError::Stopped(s),
             e => NodeError::from_error(&e),

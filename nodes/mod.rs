@@ -15,7 +15,16 @@ pub mod view_cell;
 pub mod voxel_mesh;
 mod write_glb;
 
-use crate::engine::node::Registry;
+use crate::{
+    engine::node::{Ctx, Registry},
+    raster::{Backend, Cpu},
+};
+use std::sync::Arc;
+
+/// Who renders: the device that the program was given, or the CPU.
+fn backend<'a>(ctx: &Ctx<'a>) -> &'a dyn Backend {
+    ctx.device.and_then(|d| d.downcast_ref::<Arc<dyn Backend>>()).map_or(&Cpu, |b| &**b)
+}
 
 /// Every kind that the program knows.
 pub fn registry() -> Registry {

@@ -8,6 +8,8 @@ pub mod certify;
 pub mod cli;
 pub mod engine;
 pub mod formats;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod image;
 pub mod math;
 pub mod mesh;

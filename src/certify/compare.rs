@@ -12,7 +12,7 @@ use super::{
 use crate::{
     image::{Picture, measure::flip},
     math::{Stop, Stopped, View},
-    raster::{self, Geometry, Rendering, Shader, nearest},
+    raster::{self, Backend, Geometry, Rendering, Shader, nearest},
     scene::{Image, Scene},
     voxel::Cell,
 };
@@ -72,13 +72,14 @@ pub const VIEWS_AT_ONCE: usize = 4;
 /// FLIP is measured in so many views.
 const FLIP_VIEWS: usize = 8;
 
-/// Compares a stand-in, and the `ceiling` that it was simplified from, with its original, seen from `cell`.
+/// Compares a stand-in, rendered by `backend`, and the `ceiling` that it was simplified from, with its original, seen from `cell`.
 pub fn compare(
     original: &Scene,
     stand_in: &Scene,
     ceiling: Option<&Scene>,
     cell: &Cell,
     options: &Options,
+    backend: &dyn Backend,
     stop: &Stop,
 ) -> Result<Comparison, CompareError> {
     check(original, stand_in, options)?;
@@ -98,12 +99,14 @@ pub fn compare(
         stand_in: Shader::new(&stand_in_geometry),
         ceiling: ceiling_geometry.as_ref().map(Shader::new),
         setting,
+        backend,
         stop,
     };
 
     let selection = original.bounds();
     let all = [Some(stand_in), ceiling].into_iter().flatten().fold(selection, |b, s| b.union(s.bounds()));
-    let seen = if views::surrounds(cell, &selection) { directions(&geometry, cell, stop)? } else { Vec::new() };
+    let seen =
+        if views::surrounds(cell, &selection) { directions(backend, &geometry, cell, stop)? } else { Vec::new() };
     let views = views::draw(cell, &selection, &all, &seen, sampling);
     let frames: Vec<Frame> = views.iter().map(|v| Frame::around(v, &all, setting.bound_px)).collect();
     let measured = judge.measure(&frames, options.ceiling_views as usize)?;
@@ -187,6 +190,7 @@ struct Judge<'a> {
     stand_in: Shader<'a>,
     ceiling: Option<Shader<'a>>,
     setting: Setting,
+    backend: &'a dyn Backend,
     stop: &'a Stop,
 }
 
@@ -205,9 +209,9 @@ impl Judge<'_> {
         ceiling_views: usize,
     ) -> Result<Vec<(ViewFigures, Option<ViewFigures>)>, Stopped> {
         let one = |(i, frame): (usize, &Frame)| {
-            let reference = Reference::take(&self.original, &frame.window, &self.setting, self.stop)?;
+            let reference = Reference::take(self.backend, &self.original, &frame.window, &self.setting, self.stop)?;
             let judged = |shader: &Shader| -> Result<ViewFigures, Stopped> {
-                let shot = Shot::take(shader, &frame.window, &self.setting.rendering, self.stop)?;
+                let shot = Shot::take(self.backend, shader, &frame.window, &self.setting.rendering, self.stop)?;
                 Ok(reference.measure(&shot, shader.geometry, frame))
             };
             let ceiling = self.ceiling.as_ref().filter(|_| i < ceiling_views).map(judged).transpose()?;
@@ -221,8 +225,8 @@ impl Judge<'_> {
         let wanted: BTreeSet<usize> = flips.iter().chain(names.keys()).copied().collect();
         let one = |i: usize| {
             let frame = &frames[i];
-            let reference = Reference::take(&self.original, &frame.window, &self.setting, self.stop)?;
-            let stand_in = Shot::take(&self.stand_in, &frame.window, &self.setting.rendering, self.stop)?;
+            let reference = Reference::take(self.backend, &self.original, &frame.window, &self.setting, self.stop)?;
+            let stand_in = Shot::take(self.backend, &self.stand_in, &frame.window, &self.setting.rendering, self.stop)?;
             Ok(Look {
                 view: i,
                 flip: flips.contains(&i).then(|| flip_of(&reference.shot.picture, &stand_in.picture, frame)),
@@ -255,14 +259,19 @@ fn in_batches<T: Send + Sync + Copy, R: Send>(
 }
 
 /// The directions from the cell's centre in which the scene is seen, with their solid angles: pixels of a cube.
-fn directions(geometry: &Geometry, cell: &Cell, stop: &Stop) -> Result<Vec<(DVec3, f64)>, Stopped> {
+fn directions(
+    backend: &dyn Backend,
+    geometry: &Geometry,
+    cell: &Cell,
+    stop: &Stop,
+) -> Result<Vec<(DVec3, f64)>, Stopped> {
     const N: u32 = 32;
     let far = cell.half.length() * 1e6;
     let mut all = Vec::new();
     for axis in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
         let fov = std::f64::consts::FRAC_PI_2;
         let view = View::look_at(cell.centre, cell.centre + axis, DVec3::Y, fov, N, N, far * 1e-9, far);
-        let seen = nearest(geometry, &view, &raster::Options::default(), stop)?;
+        let seen = nearest(backend, geometry, &view, &raster::Options::default(), stop)?;
         for (i, depth) in seen.depth.iter().enumerate().filter(|(_, d)| d.is_finite()) {
             let (x, y) = ((i as u32 % N) as f64 + 0.5, (i as u32 / N) as f64 + 0.5);
             let d = view.unproject(x, y, 1.0) - view.eye;

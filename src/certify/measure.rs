@@ -13,7 +13,7 @@ use crate::{
         measure::{decibel, luminance, mean_within, psnr_within, squared_error, ssim_map},
     },
     math::{Stop, Stopped, View},
-    raster::{Geometry, NOTHING, Nearest, Options, Rendering, Shader, nearest, picture},
+    raster::{Backend, Geometry, NOTHING, Nearest, Options, Rendering, Shader, nearest, picture},
     voxel::Cell,
 };
 use glam::DVec3;
@@ -65,10 +65,16 @@ pub struct ViewFigures {
 }
 
 impl Shot {
-    pub fn take(shader: &Shader, view: &View, rendering: &Rendering, stop: &Stop) -> Result<Self, Stopped> {
-        let picture = picture(shader, view, rendering, stop)?;
+    pub fn take(
+        backend: &dyn Backend,
+        shader: &Shader,
+        view: &View,
+        rendering: &Rendering,
+        stop: &Stop,
+    ) -> Result<Self, Stopped> {
+        let picture = picture(backend, shader, view, rendering, stop)?;
         let luminance = picture.texels.iter().map(|t| luminance([t[0].into(), t[1].into(), t[2].into()])).collect();
-        Ok(Self { nearest: nearest(shader.geometry, view, &Options::default(), stop)?, picture, luminance })
+        Ok(Self { nearest: nearest(backend, shader.geometry, view, &Options::default(), stop)?, picture, luminance })
     }
 
     pub fn surfaces(&self) -> Surfaces<'_> {
@@ -78,8 +84,14 @@ impl Shot {
 }
 
 impl Reference {
-    pub fn take(original: &Shader, view: &View, setting: &Setting, stop: &Stop) -> Result<Self, Stopped> {
-        let shot = Shot::take(original, view, &setting.rendering, stop)?;
+    pub fn take(
+        backend: &dyn Backend,
+        original: &Shader,
+        view: &View,
+        setting: &Setting,
+        stop: &Stop,
+    ) -> Result<Self, Stopped> {
+        let shot = Shot::take(backend, original, view, &setting.rendering, stop)?;
         let rule = Rule {
             parallax: Parallax::new(view, &setting.cell),
             bound: Angle::new(setting.bound_px * setting.pixel),

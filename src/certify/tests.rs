@@ -4,6 +4,7 @@ use super::*;
 use crate::{
     array::Array,
     math::Stop,
+    raster::Cpu,
     scene::{Material, Mesh, Object, Part, Scene},
     voxel::Cell,
 };
@@ -64,7 +65,7 @@ fn options(bound: f64) -> Options {
 }
 
 fn judge(original: &Scene, stand_in: &Scene, bound: f64) -> Certificate {
-    compare(original, stand_in, None, &CELL, &options(bound), &Stop::default()).unwrap().certificate
+    compare(original, stand_in, None, &CELL, &options(bound), &Cpu, &Stop::default()).unwrap().certificate
 }
 
 /// Pixels that a metre at the wall spans, about.
@@ -78,7 +79,7 @@ fn a_scene_is_its_own_perfect_stand_in() {
         wall("a", PLACE, SIDE, |x, _| x % 7 != 0),
         wall("b", Vec3::new(1.0, 2.0, -26.0), 20.0, |_, _| true),
     ]);
-    let result = compare(&s, &s, Some(&s), &CELL, &options(2.0), &Stop::default()).unwrap();
+    let result = compare(&s, &s, Some(&s), &CELL, &options(2.0), &Cpu, &Stop::default()).unwrap();
     let c = &result.certificate;
     for f in [&c.figures, &c.ceiling.as_ref().unwrap().figures] {
         assert_eq!((f.psnr_y_db.min, f.psnr_y_object_db.min), (100.0, 100.0));
@@ -202,7 +203,7 @@ fn a_back_side_is_reported() {
 #[test]
 fn empty_and_unseen_stand_ins_fail() {
     let s = one(PLACE, |_, _| true);
-    let run = |a: &Scene, b: &Scene| compare(a, b, None, &CELL, &options(2.0), &Stop::default());
+    let run = |a: &Scene, b: &Scene| compare(a, b, None, &CELL, &options(2.0), &Cpu, &Stop::default());
     assert!(matches!(run(&s, &Scene::default()), Err(CompareError::EmptyStandIn)));
     assert!(matches!(run(&Scene::default(), &s), Err(CompareError::EmptyOriginal)));
     assert!(matches!(run(&s, &one(-PLACE, |_, _| true)), Err(CompareError::Unseen("stand-in", 9))));
@@ -229,7 +230,7 @@ fn certificates_have_equal_bytes_on_any_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let shifted = one(PLACE + Vec3::new(0.3, 0.1, -0.5), |x, _| x != 9);
-            compare(&one(PLACE, |_, _| true), &shifted, None, &CELL, &options(2.0), &Stop::default()).unwrap()
+            compare(&one(PLACE, |_, _| true), &shifted, None, &CELL, &options(2.0), &Cpu, &Stop::default()).unwrap()
         })
     };
     let (a, b) = (run(1), run(3));

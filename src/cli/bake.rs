@@ -2,6 +2,7 @@
 
 use super::{
     Done, Exit,
+    backend::BackendArgs,
     events::{self, Style},
     folders::CacheArg,
     interrupt,
@@ -37,6 +38,8 @@ pub struct Args {
     #[arg(long, value_name = "SIZE", value_parser = bytes)]
     memory: Option<u64>,
     #[command(flatten)]
+    backend: BackendArgs,
+    #[command(flatten)]
     cache: CacheArg,
     /// The folder of the results; a pipeline writes to DIR/<its name>
     #[arg(long, value_name = "DIR", default_value = "out")]
@@ -57,7 +60,9 @@ pub struct Args {
 
 pub fn run(args: &Args, registry: &Registry) -> Done {
     let plan = args.pipeline.load(registry)?;
+    let backend = args.backend.open()?;
     let options = Options {
+        device: Some(backend.device()),
         jobs: args.jobs.map_or(0, usize::from),
         memory: args.memory.unwrap_or(0),
         only: known("--only", &args.only, &plan)?,
@@ -71,6 +76,7 @@ pub fn run(args: &Args, registry: &Registry) -> Done {
     let style = args.events.unwrap_or_else(Style::of_terminal);
     let stop = interrupt::stop()?;
     let report = bake::bake(&plan, &options, &stop, &*events::receiver(style))?;
+    backend.warn();
     if args.dry_run {
         print(&forecast(&report))?;
     } else if !matches!(style, Style::Json) {

@@ -1,6 +1,6 @@
 //! `farfield compare`.
 
-use super::{Done, Exit, interrupt, print};
+use super::{Done, Exit, backend::BackendArgs, interrupt, print};
 use crate::{
     certify::{self, Bound, Choice, CompareError, Comparison, Sampling, StandIn},
     formats::{self, DiskFiles, Limits},
@@ -45,6 +45,8 @@ pub struct Args {
     /// The displacement on the screen that is allowed, pixels
     #[arg(long, value_name = "PX", default_value_t = 1.0)]
     bound: f64,
+    #[command(flatten)]
+    backend: BackendArgs,
     /// Write certificate.json and pictures/ there; without it the certificate goes to standard output
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -107,8 +109,11 @@ pub fn run(args: &Args) -> Done {
         ceiling_views: args.views,
     };
     let stop = interrupt::stop()?;
-    let comparison = certify::compare(&original, &stand_in, ceiling.as_ref(), &args.cell, &options, &stop)
-        .map_err(|e| Exit::say(exit_code(&e), e))?;
+    let backend = args.backend.open()?;
+    let comparison =
+        certify::compare(&original, &stand_in, ceiling.as_ref(), &args.cell, &options, backend.raster(), &stop)
+            .map_err(|e| Exit::say(exit_code(&e), e))?;
+    backend.warn();
     match &args.out {
         Some(folder) => write(folder, &comparison).map_err(|e| Exit::say(1, e)),
         None => print(&comparison.certificate.to_json()),

@@ -1,10 +1,12 @@
 //! The command line. Exit codes: 0 done, 1 a node (or the cache) failed, 2 the pipeline file or an argument is wrong,
 //! 3 the certificate was not met, 130 interrupted.
 
+mod backend;
 mod bake;
 mod cache;
 mod check;
 mod compare;
+mod devices;
 mod events;
 mod folders;
 mod graph;
@@ -42,6 +44,7 @@ enum Command {
     Bake(bake::Args),
     Check(check::Args),
     Compare(compare::Args),
+    Devices(devices::Args),
     Graph(graph::Args),
     Nodes(nodes::Args),
     Why(why::Args),
@@ -93,6 +96,7 @@ pub fn run(arguments: impl Iterator<Item = OsString>, registry: &Registry) -> Ex
         Command::Bake(args) => bake::run(&args, registry),
         Command::Check(args) => check::run(&args, registry),
         Command::Compare(args) => compare::run(&args),
+        Command::Devices(args) => devices::run(&args),
         Command::Graph(args) => graph::run(&args, registry),
         Command::Nodes(args) => nodes::run(&args, registry),
         Command::Why(args) => why::run(&args, registry),

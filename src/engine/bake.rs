@@ -5,13 +5,17 @@ use super::{
     cache,
     error::EngineError,
     events::{Event, Events},
+    node::Device,
     plan::Plan,
     profile::Profile,
     publish::names,
     schedule::{Pool, Trust},
 };
 use crate::math::Stop;
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 /// How to bake. None of these may change the bytes that come out.
 #[derive(Clone, Debug)]
@@ -36,6 +40,8 @@ pub struct Options {
     pub audit: f64,
     /// Where to write a Chrome trace.
     pub profile: Option<PathBuf>,
+    /// What kinds are given to compute on ([`super::node::Ctx::device`]).
+    pub device: Option<Arc<Device>>,
 }
 
 impl Options {
@@ -51,6 +57,7 @@ impl Options {
             dry_run: false,
             audit: 0.0,
             profile: None,
+            device: None,
         }
     }
 }

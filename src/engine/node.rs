@@ -193,12 +193,17 @@ pub trait Door: Sync {
     fn read(&self, path: &Path) -> Result<Option<Bytes>, NodeError>;
 }
 
+/// Something to compute on, whose type the engine does not know.
+pub type Device = dyn Any + Send + Sync;
+
 /// What a run may use besides its inputs.
 pub struct Ctx<'a> {
     pub stop: &'a Stop,
     pub door: &'a dyn Door,
     /// The element's name, where the kind's `USES_NAME` is set and the node is mapped.
     pub element: Option<&'a str>,
+    /// What the program computes on, where it says so; kinds that can use it know its type. It changes no result.
+    pub device: Option<&'a Device>,
     /// Receives what the user should know although the run succeeds; stored with the result, repeated on a hit.
     pub warn: &'a (dyn Fn(String) + Sync),
 }

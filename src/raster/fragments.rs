@@ -1,8 +1,7 @@
 //! Operation 2: all surfaces of every pixel, sorted by depth.
 
-use super::{Geometry, Options, Prepared, Tile, patch::Holes};
+use super::{Backend, Geometry, Options, Prepared, ScreenTriangle, Tile, backend::in_tiles, patch::Holes};
 use crate::math::{Stop, Stopped, View};
-use rayon::prelude::*;
 
 /// One surface at one pixel centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,22 +43,29 @@ impl Fragments {
     }
 }
 
-/// Calls `work` with the fragments of each tile, several tiles at a time; the results in the order of the tiles.
-/// No more than one tile's fragments for each thread are in memory.
+/// Calls `work` with the fragments of each tile, several tiles at a time; the results in the order of the tiles. `work` may be called
+/// twice for a tile, with the same values. On the CPU no more than one tile's fragments for each thread are in memory.
 pub fn fragments_in_tiles<R: Send>(
+    backend: &dyn Backend,
+    prepared: &Prepared,
+    stop: &Stop,
+    work: impl Fn(Tile, &TileFragments) -> R + Sync,
+) -> Result<Vec<R>, Stopped> {
+    in_tiles(prepared, |keep| {
+        backend.fragments(prepared, stop, &|i, fragments| keep(i, work(prepared.tile(i), fragments)))
+    })
+}
+
+/// The fragments of a whole view at once. Memory grows with their number; for tests and small views.
+pub fn fragments(
+    backend: &dyn Backend,
     geometry: &Geometry,
     view: &View,
     options: &Options,
     stop: &Stop,
-    work: impl Fn(Tile, &TileFragments) -> R + Sync,
-) -> Result<Vec<R>, Stopped> {
-    Prepared::new(geometry, view, options, stop)?.fragments_in_tiles(stop, work)
-}
-
-/// The fragments of a whole view at once. Memory grows with their number; for tests and small views.
-pub fn fragments(geometry: &Geometry, view: &View, options: &Options, stop: &Stop) -> Result<Fragments, Stopped> {
+) -> Result<Fragments, Stopped> {
     let prepared = Prepared::new(geometry, view, options, stop)?;
-    let tiles = prepared.fragments_in_tiles(stop, |tile, f| (tile, f.offsets.clone(), f.fragments.clone()))?;
+    let tiles = fragments_in_tiles(backend, &prepared, stop, |tile, f| (tile, f.offsets.clone(), f.fragments.clone()))?;
     let (w, h) = (view.width as usize, view.height as usize);
     let mut offsets = vec![0u64; w * h + 1];
     for (tile, starts, _) in &tiles {
@@ -85,20 +91,27 @@ pub fn fragments(geometry: &Geometry, view: &View, options: &Options, stop: &Sto
 }
 
 impl Prepared<'_> {
-    /// See [`fragments_in_tiles`].
-    pub fn fragments_in_tiles<R: Send>(
+    /// Calls `visit(x, y, fragment)` for the fragments of a tile that belong to triangles which `wanted` names, triangle by triangle.
+    pub(crate) fn fragments_of(
         &self,
-        stop: &Stop,
-        work: impl Fn(Tile, &TileFragments) -> R + Sync,
-    ) -> Result<Vec<R>, Stopped> {
-        (0..self.tile_count() as u32)
-            .into_par_iter()
-            .map_init(TileFragments::default, |buffer, index| {
-                stop.check()?;
-                self.collect(index, buffer);
-                Ok(work(self.tile(index), buffer))
-            })
-            .collect()
+        index: u32,
+        wanted: impl Fn(&ScreenTriangle) -> bool,
+        mut visit: impl FnMut(u32, u32, Fragment),
+    ) {
+        let tile = self.tile(index);
+        let mut holes = Holes::new(self);
+        for t in self.triangles_in(index).filter(|t| wanted(t)) {
+            let masked = t.masked();
+            t.cover(&tile, |y, x0, x1| {
+                let py = y as f64 + 0.5;
+                for x in x0..x1 {
+                    let px = x as f64 + 0.5;
+                    if !masked || holes.solid(t.triangle, px, py) {
+                        visit(x as u32, y as u32, Fragment { triangle: t.triangle, depth: t.depth_at(px, py) });
+                    }
+                }
+            });
+        }
     }
 
     /// Fills `out` with the fragments of a tile.
@@ -108,23 +121,16 @@ impl Prepared<'_> {
         out.offsets.clear();
         out.offsets.resize(pixels + 1, 0);
         out.unsorted.clear();
-        let mut holes = Holes::new(self);
-        for t in self.triangles_in(index) {
-            let masked = t.masked();
-            t.cover(&tile, |y, x0, x1| {
-                let py = y as f64 + 0.5;
-                let at = tile.at(x0 as u32, y as u32);
-                for x in x0..x1 {
-                    let px = x as f64 + 0.5;
-                    if masked && !holes.solid(t.triangle, px, py) {
-                        continue;
-                    }
-                    let i = at + (x - x0) as usize;
-                    out.offsets[i + 1] += 1;
-                    out.unsorted.push((i as u32, Fragment { triangle: t.triangle, depth: t.depth_at(px, py) }));
-                }
-            });
-        }
+        let TileFragments { offsets, unsorted, .. } = out;
+        self.fragments_of(
+            index,
+            |_| true,
+            |x, y, fragment| {
+                let i = tile.at(x, y);
+                offsets[i + 1] += 1;
+                unsorted.push((i as u32, fragment));
+            },
+        );
         for i in 0..pixels {
             out.offsets[i + 1] += out.offsets[i];
         }

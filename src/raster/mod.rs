@@ -1,4 +1,5 @@
-//! The CPU rasteriser: which surfaces a view's pixels see, and how they look there.
+//! The rasteriser: which surfaces a view's pixels see, and how they look there. Here is the preparation that every back end shares
+//! and the one that runs on the CPU; [`Backend`] is what another has to do.
 //!
 //! Coverage is decided in fixed point (vertices snapped to 1/256 px) by the top-left rule; equal depths are ordered
 //! by triangle number. Shading is deferred: operations return triangle numbers, a [`Shader`] turns them into colour.
@@ -9,9 +10,11 @@
 //! the cutoff are holes; `BLEND` counts as a mask at 0.5. Alpha is read from the base level of its texture, so that a
 //! leaf far away is thinned out by sampling and not by an average that falls below the cutoff as a whole.
 
+mod backend;
 mod camera;
 mod clip;
 mod cover;
+mod coverage;
 mod fragments;
 mod geometry;
 mod light;
@@ -25,14 +28,16 @@ mod texture;
 mod tile;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
+pub use backend::{Backend, Cpu};
 pub use camera::MAX_SIDE;
 pub use clip::Polygon;
+pub use coverage::{Coverage, coverage};
 pub use fragments::{Fragment, Fragments, TileFragments, fragments, fragments_in_tiles};
 pub use geometry::{Geometry, Place};
 pub use light::Light;
-pub use nearest::{NOTHING, Nearest, nearest};
+pub use nearest::{NOTHING, Nearest, nearest, nearest_in_tiles};
 pub use noise::Noise;
 pub use prepare::{Prepared, ScreenTriangle};
 pub use render::{Rendered, Rendering, picture, render};
@@ -41,6 +46,8 @@ pub use tile::Tile;
 
 pub(crate) use camera::Camera;
 pub(crate) use geometry::{Cutout, Draw};
+#[cfg(feature = "gpu")]
+pub(crate) use nearest::Samples;
 pub(crate) use patch::Holes;
 pub(crate) use shade::Facet;
 

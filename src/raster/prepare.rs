@@ -47,8 +47,8 @@ pub struct Prepared<'a> {
 
 /// What became of some consecutive triangles.
 #[derive(Default)]
-struct Chunk {
-    triangles: Vec<ScreenTriangle>,
+pub(crate) struct Chunk {
+    pub triangles: Vec<ScreenTriangle>,
     /// The tiles `first_tile..first_tile + starts.len() − 1` hold `entries[starts[t]..starts[t + 1]]`,
     /// ascending indices into `triangles`.
     first_tile: u32,
@@ -86,6 +86,19 @@ impl ScreenTriangle {
     /// Its material has holes, to be asked for sample by sample.
     pub fn masked(&self) -> bool {
         self.flags & MASKED != 0
+    }
+
+    /// It lies within 4×4 samples.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn small(&self) -> bool {
+        self.flags & IS_SMALL != 0
+    }
+
+    /// The samples within its bounds: least x and y, then greatest.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn samples(&self) -> [i32; 4] {
+        let Rect { x0, y0, x1, y1 } = samples_within(&self.corners);
+        [x0, y0, x1, y1]
     }
 
     /// Seen from behind.
@@ -194,6 +207,12 @@ impl<'a> Prepared<'a> {
         self.chunks.iter().flat_map(move |c| c.in_tile(tile).iter().map(|e| &c.triangles[*e as usize]))
     }
 
+    /// The snapped triangles in the order of their numbers, chunk by chunk.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn chunks(&self) -> &[Chunk] {
+        &self.chunks
+    }
+
     /// All triangles that may cover a pixel centre, by ascending number.
     pub fn triangles(&self) -> impl Iterator<Item = &ScreenTriangle> {
         self.chunks.iter().flat_map(|c| &c.triangles)
@@ -201,7 +220,8 @@ impl<'a> Prepared<'a> {
 }
 
 impl Chunk {
-    fn in_tile(&self, tile: u32) -> &[u32] {
+    /// Indices into `triangles` of those that may cover pixels of a tile, ascending.
+    pub fn in_tile(&self, tile: u32) -> &[u32] {
         let Some(t) = tile.checked_sub(self.first_tile) else { return &[] };
         match self.starts.get(t as usize..t as usize + 2) {
             Some(s) => &self.entries[s[0] as usize..s[1] as usize],

@@ -1,12 +1,14 @@
 //! Pictures: supersampled colour over a background.
 
-use super::{NOTHING, Nearest, Options, Prepared, Shader, Shading, Tile, camera::Camera, shade::Facet, tile::Grid};
+use super::{
+    Backend, NOTHING, Nearest, Options, Prepared, Shader, Shading, Tile, camera::Camera, nearest::nearest_in_tiles,
+    shade::Facet, tile::Grid,
+};
 use crate::{
     image::{Picture, srgb},
     math::{Stop, Stopped, View},
 };
 use glam::Vec3;
-use rayon::prelude::*;
 
 /// How a picture is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,9 +57,15 @@ pub struct Rendered {
 ///
 /// # Panics
 /// As [`picture`].
-pub fn render(shader: &Shader, view: &View, how: &Rendering, stop: &Stop) -> Result<Rendered, Stopped> {
-    let nearest = super::nearest(shader.geometry, view, &how.options, stop)?;
-    Ok(Rendered { picture: picture(shader, view, how, stop)?, nearest })
+pub fn render(
+    backend: &dyn Backend,
+    shader: &Shader,
+    view: &View,
+    how: &Rendering,
+    stop: &Stop,
+) -> Result<Rendered, Stopped> {
+    let nearest = super::nearest(backend, shader.geometry, view, &how.options, stop)?;
+    Ok(Rendered { picture: picture(backend, shader, view, how, stop)?, nearest })
 }
 
 /// The picture of [`render`] alone.
@@ -65,7 +73,13 @@ pub fn render(shader: &Shader, view: &View, how: &Rendering, stop: &Stop) -> Res
 /// # Panics
 /// Where a side of the view times the samples exceeds [`super::MAX_SIDE`], or the numbers of samples and squares are
 /// not as [`Rendering`] demands.
-pub fn picture(shader: &Shader, view: &View, how: &Rendering, stop: &Stop) -> Result<Picture, Stopped> {
+pub fn picture(
+    backend: &dyn Backend,
+    shader: &Shader,
+    view: &View,
+    how: &Rendering,
+    stop: &Stop,
+) -> Result<Picture, Stopped> {
     let (s, shades) = (how.samples_per_axis, how.shades_per_axis);
     assert!((1..=Tile::SIDE).contains(&s), "1 to {} samples an axis", Tile::SIDE);
     assert!(shades > 0 && s.is_multiple_of(shades), "the squares' number divides the samples'");
@@ -74,61 +88,49 @@ pub fn picture(shader: &Shader, view: &View, how: &Rendering, stop: &Stop) -> Re
     let prepared = Prepared::with_tiles(shader.geometry, &times(s), &how.options, pixels * s, stop)?;
     let camera = Camera::new(&times(shades));
     let grid = Grid::new(view.width, view.height, pixels);
-    let mut texels = vec![[0u8; 4]; view.width as usize * view.height as usize];
-    let tiles = grid.split(&mut texels).into_par_iter().enumerate();
-    tiles.try_for_each_init(Samples::default, |samples, (i, mut rows)| {
-        stop.check()?;
-        samples.fill(&prepared, i as u32);
-        let mut facets = Facets::new(shader, &camera);
-        samples.resolve(&prepared.tile(i as u32), how, &mut facets, &mut rows);
-        Ok(())
+    let tiles = nearest_in_tiles(backend, &prepared, stop, |tile, _, triangles| {
+        resolve(&tile, triangles, how, &mut Facets::new(shader, &camera))
     })?;
+    let mut texels = vec![[0u8; 4]; view.width as usize * view.height as usize];
+    for (rows, tile) in grid.split(&mut texels).into_iter().zip(tiles) {
+        let mut rest = &tile[..];
+        for row in rows {
+            let (first, others) = rest.split_at(row.len());
+            row.copy_from_slice(first);
+            rest = others;
+        }
+    }
     Ok(Picture { width: view.width, height: view.height, texels })
 }
 
-/// The samples of one tile.
-#[derive(Default)]
-struct Samples {
-    depth: Vec<f32>,
-    triangle: Vec<u32>,
-}
-
-impl Samples {
-    fn fill(&mut self, prepared: &Prepared, index: u32) {
-        let tile = prepared.tile(index);
-        self.depth.clear();
-        self.depth.resize(tile.pixels(), f32::INFINITY);
-        self.triangle.clear();
-        self.triangle.resize(tile.pixels(), NOTHING);
-        prepared.nearest_in_tile(index, &mut rows(&mut self.depth, &tile), &mut rows(&mut self.triangle, &tile));
-    }
-
-    /// `rows` are the rows of the tile's pixels.
-    fn resolve(&self, tile: &Tile, how: &Rendering, facets: &mut Facets, rows: &mut [&mut [[u8; 4]]]) {
-        let s = how.samples_per_axis as usize;
-        let side = s / how.shades_per_axis as usize;
-        let share = 1.0 / (s * s) as f32;
-        let [r, g, b] = how.background.map(srgb::from_linear);
-        let background = [r, g, b, 255];
-        for (y, row) in rows.iter_mut().enumerate() {
-            for (x, texel) in row.iter_mut().enumerate() {
-                let (mut sum, mut missing) = (Vec3::ZERO, 0);
-                for sy in (y * s..(y + 1) * s).step_by(side) {
-                    for sx in (x * s..(x + 1) * s).step_by(side) {
-                        let square = Square { tile, x: sx, y: sy, side };
-                        missing += square.shade(&self.triangle, &how.shading, facets, &mut sum);
-                    }
+/// The pixels of a tile of samples, row by row.
+fn resolve(tile: &Tile, triangles: &[u32], how: &Rendering, facets: &mut Facets) -> Vec<[u8; 4]> {
+    let s = how.samples_per_axis as usize;
+    let side = s / how.shades_per_axis as usize;
+    let share = 1.0 / (s * s) as f32;
+    let [r, g, b] = how.background.map(srgb::from_linear);
+    let background = [r, g, b, 255];
+    let (width, height) = (tile.width as usize / s, tile.height as usize / s);
+    let mut texels = Vec::with_capacity(width * height);
+    for y in 0..height {
+        for x in 0..width {
+            let (mut sum, mut missing) = (Vec3::ZERO, 0);
+            for sy in (y * s..(y + 1) * s).step_by(side) {
+                for sx in (x * s..(x + 1) * s).step_by(side) {
+                    let square = Square { tile, x: sx, y: sy, side };
+                    missing += square.shade(triangles, &how.shading, facets, &mut sum);
                 }
-                if missing == s * s {
-                    *texel = background;
-                    continue;
-                }
-                let sum = (sum + Vec3::from(how.background) * missing as f32).to_array();
-                let [r, g, b] = sum.map(|c| srgb::from_linear(c * share));
-                *texel = [r, g, b, 255];
             }
+            if missing == s * s {
+                texels.push(background);
+                continue;
+            }
+            let sum = (sum + Vec3::from(how.background) * missing as f32).to_array();
+            let [r, g, b] = sum.map(|c| srgb::from_linear(c * share));
+            texels.push([r, g, b, 255]);
         }
     }
+    texels
 }
 
 /// The samples that are shaded together; x and y count samples within the tile.
@@ -169,10 +171,6 @@ impl Square<'_> {
         }
         missing
     }
-}
-
-fn rows<'a, T>(values: &'a mut [T], tile: &Tile) -> Vec<&'a mut [T]> {
-    values.chunks_mut(tile.width as usize).collect()
 }
 
 /// The facets of a tile, made when first seen.

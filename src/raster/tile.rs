@@ -40,7 +40,7 @@ pub(crate) struct Grid {
     pub height: u32,
     pub columns: u32,
     pub rows: u32,
-    side: u32,
+    pub side: u32,
     /// ⌈2²⁰/side⌉: x·reciprocal / 2²⁰ is ⌊x/side⌋ for x < 2¹⁴ and side ≤ 64.
     reciprocal: u32,
 }

@@ -172,6 +172,7 @@ impl Schedule<'_> {
             roots: state.roots.clone(),
             stop: self.stop.clone(),
             blobs: self.cache.blobs().clone(),
+            device: self.options.device.clone(),
         };
         if !state.state.is_settled() {
             state.state = State::Running;

@@ -7,7 +7,7 @@ use crate::{
             blob::{BlobError, Blobs, INLINE},
         },
         hash::Digest,
-        node::{Arity, Ctx, Data, Kind, NodeError, PortSpec, Slot},
+        node::{Arity, Ctx, Data, Device, Kind, NodeError, PortSpec, Slot},
         record::Read,
         source::{Recorder, Root},
         value::{PortOut, ValueRef, bad_name, shown},
@@ -62,6 +62,7 @@ pub struct Task {
     pub roots: Arc<Vec<Root>>,
     pub stop: Stop,
     pub blobs: Blobs,
+    pub device: Option<Arc<Device>>,
 }
 
 /// What a run gave.
@@ -109,7 +110,7 @@ fn perform_inner(
     shared: &mut Vec<(Digest, u64, Data)>,
     verified: &mut Vec<Digest>,
 ) -> Result<Made, TaskError> {
-    let Task { kind, params, inputs, element, roots, stop, blobs } = task;
+    let Task { kind, params, inputs, element, roots, stop, blobs, device } = task;
     let spec = kind.spec();
     let mut lost = Vec::new();
     let mut slots = Vec::with_capacity(inputs.len());
@@ -151,7 +152,7 @@ fn perform_inner(
     let warnings = Mutex::new(Vec::new());
     // A kind may warn from many threads: their order is not the run's to give.
     let warn = |text: String| warnings.lock().unwrap_or_else(PoisonError::into_inner).push(text);
-    let ctx = Ctx { stop: &stop, door: &door, element: element.as_deref(), warn: &warn };
+    let ctx = Ctx { stop: &stop, door: &door, element: element.as_deref(), device: device.as_deref(), warn: &warn };
     let (outputs, values, data) = guard(|| {
         let slots = kind.run(&params, slots, &ctx).map_err(|e| match e {
             NodeError::Stopped(_) if stop.is_set() => TaskError::Stopped,

@@ -93,7 +93,8 @@ fn tiles_come_in_order_and_agree_with_the_whole() {
     let geometry = Geometry::new(&scene);
     let (options, stop) = (Options::default(), Stop::default());
     let whole = all(&scene, &view);
-    let tiles = fragments_in_tiles(&geometry, &view, &options, &stop, |tile, f| {
+    let prepared = Prepared::new(&geometry, &view, &options, &stop).unwrap();
+    let tiles = fragments_in_tiles(&Cpu, &prepared, &stop, |tile, f| {
         for i in 0..tile.pixels() {
             let (x, y) = tile.pixel(i);
             assert_eq!(f.of(i), whole.of(x, y));
@@ -109,7 +110,7 @@ fn a_stop_is_heeded() {
     stop.set();
     let scene = scene(octahedron(1));
     let geometry = Geometry::new(&scene);
-    assert!(nearest(&geometry, &ahead(2.0, 8, 8), &Options::default(), &stop).is_err());
+    assert!(nearest(&Cpu, &geometry, &ahead(2.0, 8, 8), &Options::default(), &stop).is_err());
 }
 
 #[test]
@@ -152,7 +153,7 @@ fn instances_share_numbers_in_order() {
     let middle = all(&scene, &ahead(4.0, 33, 33)).of(16, 16).to_vec();
     assert_eq!(middle.iter().map(|f| f.triangle / 32).collect::<Vec<_>>(), [0, 0, 1, 1]);
     let cull = Options { cull_back: true };
-    let front = fragments(&geometry, &ahead(4.0, 33, 33), &cull, &Stop::default()).unwrap();
+    let front = fragments(&Cpu, &geometry, &ahead(4.0, 33, 33), &cull, &Stop::default()).unwrap();
     assert_eq!(front.of(16, 16).iter().map(|f| f.triangle / 32).collect::<Vec<_>>(), [0, 1]);
     assert!(front.of(16, 16)[0].depth < 3.5);
 }

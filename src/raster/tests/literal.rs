@@ -74,7 +74,7 @@ fn check(scene: &Scene, view: &View) -> Result<(), TestCaseError> {
 }
 
 /// Triangles over few places: many share edges and corners, are slivers, lie in one plane, or have no area.
-fn soup() -> impl Strategy<Value = Scene> {
+pub fn soup() -> impl Strategy<Value = Scene> {
     let coarse = prop::array::uniform3(-3i8..=3).prop_map(|p| p.map(|c| c as f32 * 0.5));
     let fine = prop::array::uniform3(-2.0f32..2.0);
     let far = prop::array::uniform3(-1e6f32..1e6);
@@ -87,7 +87,7 @@ fn soup() -> impl Strategy<Value = Scene> {
     )
 }
 
-fn any_view() -> impl Strategy<Value = View> {
+pub fn any_view() -> impl Strategy<Value = View> {
     let eye = prop::array::uniform3(-2.5f64..2.5);
     (eye, 1u32..140, 1u32..80, prop::array::uniform2(-0.4f64..0.4), any::<bool>(), 0.05f64..1.5).prop_map(
         |(eye, w, h, [dx, dy], perspective, near)| {

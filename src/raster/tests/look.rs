@@ -105,7 +105,8 @@ fn textures_are_the_right_way_up() {
     let at = |material: &Material, x: usize, y: usize| {
         let scene = one(square(), material.clone());
         let how = Rendering::default().with_samples(1);
-        let done = render(&Shader::new(&Geometry::new(&scene)), &ahead(1.0, 64, 64), &how, &Stop::default()).unwrap();
+        let done =
+            render(&Cpu, &Shader::new(&Geometry::new(&scene)), &ahead(1.0, 64, 64), &how, &Stop::default()).unwrap();
         done.picture.texels[y * 64 + x]
     };
     for (i, (x, y)) in [(10, 10), (50, 10), (10, 50), (50, 50)].into_iter().enumerate() {
@@ -147,7 +148,7 @@ fn pictures_average_coverage_in_linear_light() {
         let how = Rendering { background: [0.0; 3], ..Rendering::default().with_samples(samples) };
         let geometry = Geometry::new(&scene);
         let view = View { width: 9, height: 9, ..ahead(4.5, 9, 9) };
-        let done = render(&Shader::new(&geometry), &view, &how, &Stop::default()).unwrap();
+        let done = render(&Cpu, &Shader::new(&geometry), &view, &how, &Stop::default()).unwrap();
         let row = &done.picture.texels[4 * 9..][..9];
         assert_eq!(row[3], [255; 4]);
         let share = srgb::from_linear(0.75);
@@ -166,7 +167,7 @@ fn any_number_of_samples() {
     let how = |samples_per_axis| Rendering::default().with_samples(samples_per_axis);
     let view = ahead(1.6, 71, 67);
     let mean = |samples| {
-        let p = picture(&shader, &view, &how(samples), &Stop::default()).unwrap();
+        let p = picture(&Cpu, &shader, &view, &how(samples), &Stop::default()).unwrap();
         p.texels.iter().map(|t| t[0] as f64).sum::<f64>() / p.texels.len() as f64
     };
     let fine = mean(8);
@@ -201,7 +202,7 @@ fn shared_shades_are_close_to_single_ones() {
     scene.objects[0].transform = Mat4::from_rotation_x(-1.1) * Mat4::from_rotation_z(0.3);
     let geometry = Geometry::new(&scene);
     let shader = Shader::new(&geometry);
-    let draw = |how: Rendering| picture(&shader, &ahead(1.5, 96, 96), &how, &Stop::default()).unwrap();
+    let draw = |how: Rendering| picture(&Cpu, &shader, &ahead(1.5, 96, 96), &how, &Stop::default()).unwrap();
     let (shared, single) = (draw(Rendering::default()), draw(Rendering::default().with_samples(4)));
     let far = |a: &[u8; 4], b: &[u8; 4]| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b) as u32).max().unwrap_or(0);
     let differences = shared.texels.iter().zip(&single.texels).map(|(a, b)| far(a, b));

@@ -1,7 +1,7 @@
 //! Tests of the rasteriser as a whole, and the scenes that they share.
 
 mod coverage;
-mod literal;
+pub mod literal;
 mod look;
 
 use super::*;
@@ -65,9 +65,9 @@ pub fn ahead(distance: f64, width: u32, height: u32) -> View {
 }
 
 pub fn all(scene: &Scene, view: &View) -> Fragments {
-    fragments(&Geometry::new(scene), view, &Options::default(), &Stop::default()).unwrap()
+    fragments(&Cpu, &Geometry::new(scene), view, &Options::default(), &Stop::default()).unwrap()
 }
 
 pub fn first(scene: &Scene, view: &View) -> Nearest {
-    nearest(&Geometry::new(scene), view, &Options::default(), &Stop::default()).unwrap()
+    nearest(&Cpu, &Geometry::new(scene), view, &Options::default(), &Stop::default()).unwrap()
 }

@@ -1,0 +1,20 @@
+//! The GPU back end of the rasteriser: the only place that names wgpu.
+//!
+//! Vertices are transformed, clipped and snapped by the code of [`crate::raster`]; shaders decide in whole numbers which samples
+//! a triangle covers and which of several is nearer, so that every adapter finds the same. They give triangles' numbers; depths
+//! and colours follow from those on the CPU. What shaders cannot decide, materials with holes, planes seen nearly edge-on,
+//! pixels where several triangles are equally near up to rounding, the CPU decides and merges. So both back ends give the same,
+//! bit for bit, and which of them made a result need not be known.
+//!
+//! Memory is known before it is taken: a view is worked through in bands of tile rows and its triangles in batches, so that all
+//! buffers together stay below the given limit. Where they cannot, or the device fails, the CPU takes over.
+
+mod device;
+mod machine;
+mod raster;
+#[cfg(test)]
+mod tests;
+mod work;
+
+pub use device::{AdapterInfo, GpuError, Wanted, adapters};
+pub use raster::Gpu;

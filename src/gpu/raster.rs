@@ -1,0 +1,275 @@
+//! The rasteriser's operations on a device: work goes to the device's thread, what comes back becomes what the CPU gives.
+
+use super::{
+    device::{AdapterInfo, Device, GpuError, Wanted},
+    machine::Machine,
+    work::{Band, Room, Table, Triangle, Work, bands},
+};
+use crate::{
+    math::{Stop, Stopped},
+    raster::{Backend, Cpu, Fragment, NOTHING, Prepared, Samples, ScreenTriangle, TileFragments},
+};
+use rayon::prelude::*;
+use std::sync::{
+    Mutex, PoisonError,
+    atomic::{AtomicBool, AtomicU64, Ordering},
+    mpsc,
+};
+
+type Job = Box<dyn FnOnce(&Machine) + Send>;
+
+/// A device with the rasteriser's shaders, on a thread of its own. That thread waits for no other; a worker that waits for it
+/// holds nothing that it needs.
+pub struct Gpu {
+    pub info: AdapterInfo,
+    room: Room,
+    jobs: mpsc::Sender<Job>,
+    /// It failed and is not asked again.
+    gone: AtomicBool,
+    undecided: AtomicU64,
+    warnings: Mutex<Vec<String>>,
+}
+
+impl Gpu {
+    /// Opens an adapter; its buffers take at most `memory` bytes together.
+    pub fn open(wanted: Wanted, memory: u64) -> Result<Self, GpuError> {
+        let device = Device::open(wanted, memory)?;
+        let (info, room) = (device.info.clone(), Room { memory, largest: device.largest_buffer() });
+        let (jobs, queue) = mpsc::channel::<Job>();
+        let (ready, opened) = mpsc::channel();
+        let run = move || {
+            let machine = match Machine::new(device) {
+                Ok(machine) => machine,
+                // Nobody waits for the answer any more: nothing is to be done.
+                Err(e) => return drop(ready.send(Err(e))),
+            };
+            drop(ready.send(Ok(())));
+            queue.into_iter().for_each(|job| job(&machine));
+        };
+        let failed = |e: std::io::Error| GpuError::Failed(format!("its thread cannot be started: {e}"));
+        std::thread::Builder::new().name("gpu".into()).spawn(run).map_err(failed)?;
+        opened.recv().unwrap_or_else(|_| Err(ended()))?;
+        Ok(Self {
+            info,
+            room,
+            jobs,
+            gone: AtomicBool::new(false),
+            undecided: AtomicU64::new(0),
+            warnings: Mutex::default(),
+        })
+    }
+
+    /// What the user should know: where the CPU took over.
+    pub fn warnings(&self) -> Vec<String> {
+        self.warnings.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Of how many tiles, so far, the CPU had to find the nearest surfaces, because several are equally near up to rounding.
+    pub fn undecided(&self) -> u64 {
+        self.undecided.load(Ordering::Relaxed)
+    }
+
+    /// Runs `f` on the device's thread.
+    fn call<R: Send + 'static>(
+        &self,
+        f: impl FnOnce(&Machine) -> Result<R, GpuError> + Send + 'static,
+    ) -> Result<R, GpuError> {
+        let (answer, answered) = mpsc::channel();
+        self.jobs.send(Box::new(move |machine| drop(answer.send(f(machine))))).map_err(|_| ended())?;
+        answered.recv().unwrap_or_else(|_| Err(ended()))
+    }
+
+    /// See [`Backend::nearest`].
+    pub fn nearest(
+        &self,
+        prepared: &Prepared,
+        stop: &Stop,
+        tile: &(dyn Fn(u32, &[f32], &[u32]) + Sync),
+    ) -> Result<(), GpuError> {
+        let table = Table::new(prepared);
+        // Three words a pixel, and two to read them back.
+        for band in bands(prepared, &self.room, 20)? {
+            let (work, stop) = (Work::new(prepared, &band, &self.room)?, stop.clone());
+            let inner = stop.clone();
+            let [least, greatest] = self.call(move |machine| machine.nearest(&work, &inner))?;
+            let width = prepared.view.width as usize;
+            band.tiles.into_par_iter().try_for_each_init(Samples::default, |samples, index| {
+                stop.check()?;
+                let t = prepared.tile(index);
+                samples.clear(t.pixels());
+                for i in 0..t.pixels() {
+                    let (x, y) = t.pixel(i);
+                    let at = (y - band.rows.start) as usize * width + x as usize;
+                    let (least, greatest) = (!least[at], greatest[at]);
+                    if greatest == 0 {
+                        continue;
+                    }
+                    if least + 1 != greatest && table.get(least).triangle != table.get(greatest - 1).triangle {
+                        // Several are as near as whole numbers can tell: the exact depths decide.
+                        self.undecided.fetch_add(1, Ordering::Relaxed);
+                        samples.fill(prepared, index);
+                        tile(index, &samples.depth, &samples.triangle);
+                        return Ok(());
+                    }
+                    let s = table.get(least);
+                    samples.depth[i] = s.depth_at(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                    samples.triangle[i] = s.triangle;
+                }
+                prepared.fragments_of(index, left_to_the_cpu(prepared), |x, y, f| {
+                    let i = t.at(x, y);
+                    let (z, number) = (&mut samples.depth[i], &mut samples.triangle[i]);
+                    if *number == NOTHING || f.depth < *z || (f.depth == *z && f.triangle < *number) {
+                        (*z, *number) = (f.depth, f.triangle);
+                    }
+                });
+                tile(index, &samples.depth, &samples.triangle);
+                Ok::<(), Stopped>(())
+            })?;
+        }
+        Ok(())
+    }
+
+    /// See [`Backend::fragments`].
+    pub fn fragments(
+        &self,
+        prepared: &Prepared,
+        stop: &Stop,
+        tile: &(dyn Fn(u32, &TileFragments) + Sync),
+    ) -> Result<(), GpuError> {
+        let table = Table::new(prepared);
+        // Counts, cursors, and what they are read and written through. Bands whose lists do not fit are halved.
+        let mut left = bands(prepared, &self.room, 16)?;
+        left.reverse();
+        while let Some(band) = left.pop() {
+            let work = std::sync::Arc::new(Work::new(prepared, &band, &self.room)?);
+            let (same, inner) = (work.clone(), stop.clone());
+            let counts = self.call(move |machine| machine.count(&same, &inner))?;
+            let total: u64 = counts.iter().map(|c| u64::from(*c)).sum();
+            if total * 4 > self.room.of(8) {
+                let Some([first, second]) = band.halves(prepared) else {
+                    return Err(GpuError::TooSmall { need: total * 32, limit: self.room.memory });
+                };
+                left.extend([second, first]);
+                continue;
+            }
+            let starts = starts(&counts);
+            let (cursors, inner) = (starts.clone(), stop.clone());
+            let list = self.call(move |machine| machine.list(&work, &cursors, total as usize, &inner))?;
+            let found = Found { band: &band, counts: &counts, starts: &starts, list: &list, table: &table };
+            band.tiles.clone().into_par_iter().try_for_each_init(TileFragments::default, |buffer, index| {
+                stop.check()?;
+                found.collect(prepared, index, buffer);
+                tile(index, buffer);
+                Ok::<(), Stopped>(())
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The CPU takes over: for this once where memory is too small, for good where the device failed.
+    fn take_over(&self, error: GpuError) -> Result<(), Stopped> {
+        let text = match error {
+            GpuError::Stopped(stopped) => return Err(stopped),
+            GpuError::TooSmall { .. } => format!("{}: {error}; the CPU does it", self.info.name),
+            _ => {
+                self.gone.store(true, Ordering::Relaxed);
+                format!("{}: {error}; the CPU goes on from here", self.info.name)
+            }
+        };
+        let mut warnings = self.warnings.lock().unwrap_or_else(PoisonError::into_inner);
+        if !warnings.contains(&text) {
+            warnings.push(text);
+        }
+        Ok(())
+    }
+}
+
+impl Backend for Gpu {
+    fn nearest(
+        &self,
+        prepared: &Prepared,
+        stop: &Stop,
+        tile: &(dyn Fn(u32, &[f32], &[u32]) + Sync),
+    ) -> Result<(), Stopped> {
+        if !self.gone.load(Ordering::Relaxed) {
+            match self.nearest(prepared, stop, tile) {
+                Ok(()) => return Ok(()),
+                Err(e) => self.take_over(e)?,
+            }
+        }
+        Cpu.nearest(prepared, stop, tile)
+    }
+
+    fn fragments(
+        &self,
+        prepared: &Prepared,
+        stop: &Stop,
+        tile: &(dyn Fn(u32, &TileFragments) + Sync),
+    ) -> Result<(), Stopped> {
+        if !self.gone.load(Ordering::Relaxed) {
+            match self.fragments(prepared, stop, tile) {
+                Ok(()) => return Ok(()),
+                Err(e) => self.take_over(e)?,
+            }
+        }
+        Cpu.fragments(prepared, stop, tile)
+    }
+}
+
+fn ended() -> GpuError {
+    GpuError::Failed("its thread has ended".into())
+}
+
+/// Whether the shaders cannot decide on a triangle.
+fn left_to_the_cpu(prepared: &Prepared) -> impl Fn(&ScreenTriangle) -> bool {
+    move |t| Triangle::new(t, prepared).is_none()
+}
+
+/// Where each list begins.
+fn starts(counts: &[u32]) -> Vec<u32> {
+    let sums = counts.iter().scan(0, |sum, c| {
+        *sum += c;
+        Some(*sum - c)
+    });
+    sums.collect()
+}
+
+/// The lists of a band.
+struct Found<'a> {
+    band: &'a Band,
+    counts: &'a [u32],
+    starts: &'a [u32],
+    list: &'a [u32],
+    table: &'a Table<'a>,
+}
+
+impl Found<'_> {
+    fn collect(&self, prepared: &Prepared, index: u32, out: &mut TileFragments) {
+        let tile = prepared.tile(index);
+        let mut all: Vec<(u32, Fragment)> = Vec::new();
+        for i in 0..tile.pixels() {
+            let (x, y) = tile.pixel(i);
+            let at = (y - self.band.rows.start) as usize * prepared.view.width as usize + x as usize;
+            let from = self.starts[at] as usize;
+            for number in &self.list[from..from + self.counts[at] as usize] {
+                let t = self.table.get(*number);
+                let depth = t.depth_at(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                all.push((i as u32, Fragment { triangle: t.triangle, depth }));
+            }
+        }
+        prepared.fragments_of(index, left_to_the_cpu(prepared), |x, y, f| all.push((tile.at(x, y) as u32, f)));
+        all.sort_unstable_by(|(i, a), (k, b)| {
+            i.cmp(k).then(a.depth.total_cmp(&b.depth)).then(a.triangle.cmp(&b.triangle))
+        });
+        out.offsets.clear();
+        out.offsets.resize(tile.pixels() + 1, 0);
+        for (i, _) in &all {
+            out.offsets[*i as usize + 1] += 1;
+        }
+        for i in 0..tile.pixels() {
+            out.offsets[i + 1] += out.offsets[i];
+        }
+        out.fragments.clear();
+        out.fragments.extend(all.iter().map(|(_, f)| *f));
+    }
+}

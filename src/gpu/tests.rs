@@ -1,0 +1,273 @@
+//! Parity of the two back ends, and the shaders' own soundness.
+
+use super::{machine, work, *};
+use crate::{
+    math::{Projection, Stop, View},
+    raster::{
+        Backend, Cpu, Geometry, NOTHING, Options, Prepared, coverage, fragments_in_tiles, nearest_in_tiles,
+        tests::{ahead, literal, mesh, object, square},
+    },
+    scene::{Alpha, Image, Material, Scene, Texture, Wrap, builtin},
+};
+use glam::{DVec3, Mat4, Vec3};
+use proptest::prelude::*;
+use std::sync::{Arc, OnceLock};
+
+const MEMORY: u64 = 256 << 20;
+
+/// The first adapter with so much memory; `None`, after saying so, where there is none and `FARFIELD_REQUIRE_GPU` does not ask
+/// for one.
+fn open(memory: u64) -> Option<Gpu> {
+    match Gpu::open(Wanted::Any, memory) {
+        Ok(gpu) => Some(gpu),
+        Err(e) if std::env::var_os("FARFIELD_REQUIRE_GPU").is_none_or(|v| v.is_empty() || v == "0") => {
+            eprintln!("skipped: {e}");
+            None
+        }
+        Err(e) => panic!("FARFIELD_REQUIRE_GPU is set, but {e}"),
+    }
+}
+
+/// One device for all tests.
+fn gpu() -> Option<&'static Gpu> {
+    static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
+    GPU.get_or_init(|| open(MEMORY)).as_ref()
+}
+
+#[test]
+fn shaders_are_valid_and_share_the_structs() {
+    use wgpu::naga::{front::wgsl, valid};
+    for source in [machine::NEAREST, machine::FRAGMENTS] {
+        let module = wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)));
+        valid::Validator::new(valid::ValidationFlags::all(), valid::Capabilities::default()).validate(&module).unwrap();
+        let layout = |name: &str| {
+            let (_, ty) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).unwrap();
+            let wgpu::naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
+            let members: Vec<_> = members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize)).collect();
+            (members, *span as usize)
+        };
+        macro_rules! same {
+            ($name:literal, $ty:ty, $($field:ident),*) => {
+                let members = vec![$((stringify!($field).to_owned(), std::mem::offset_of!($ty, $field))),*];
+                assert_eq!(layout($name), (members, size_of::<$ty>()), $name);
+            };
+        }
+        same!("Triangle", work::Triangle, corners, first, a, b, c, low, high, exponent, padding);
+        same!("Item", work::Item, triangle, tile);
+        same!(
+            "Frame",
+            work::Frame,
+            width,
+            height,
+            first_row,
+            rows,
+            columns,
+            side,
+            items,
+            base,
+            perspective,
+            round,
+            padding_a,
+            padding_b
+        );
+    }
+}
+
+/// What tiles see, and their fragments as bits.
+type Everything = (Vec<(Vec<u32>, Vec<u32>)>, Vec<(Vec<u32>, Vec<(u32, u32)>)>);
+
+fn everything(backend: &dyn Backend, prepared: &Prepared) -> Everything {
+    let stop = Stop::default();
+    let bits = |z: &[f32]| z.iter().map(|z| z.to_bits()).collect::<Vec<_>>();
+    let near = nearest_in_tiles(backend, prepared, &stop, |_, z, t| (bits(z), t.to_vec())).unwrap();
+    let all = fragments_in_tiles(backend, prepared, &stop, |_, f| {
+        (f.offsets.clone(), f.fragments.iter().map(|f| (f.triangle, f.depth.to_bits())).collect())
+    });
+    (near, all.unwrap())
+}
+
+/// Both operations give the same on both back ends, bit for bit; how many pixels see something.
+fn same(scene: &Scene, view: &View, gpu: &Gpu) -> usize {
+    let geometry = Geometry::new(scene);
+    let prepared = Prepared::new(&geometry, view, &Options::default(), &Stop::default()).unwrap();
+    let (cpu, other) = (everything(&Cpu, &prepared), everything(gpu, &prepared));
+    assert!(cpu.0 == other.0, "nearest surfaces differ");
+    assert!(cpu.1 == other.1, "fragments differ");
+    assert_eq!(gpu.warnings(), Vec::<String>::new(), "the CPU must not have taken over");
+    cpu.0.iter().flat_map(|(_, t)| t).filter(|t| **t != NOTHING).count()
+}
+
+fn around(scene: &Scene, distance: f64, side: u32) -> Vec<View> {
+    let bounds = scene.bounds();
+    let (centre, radius) = (bounds.centre(), bounds.min.distance(bounds.max) * 0.5);
+    [DVec3::Z, DVec3::new(1.0, 0.4, 0.3), DVec3::new(-0.3, 1.0, 0.01), DVec3::new(-1.0, -0.2, -1.0)]
+        .map(|d| {
+            let eye = centre + d.normalize() * radius * distance;
+            View::look_at(eye, centre, DVec3::Y, 0.8, side, side * 3 / 4, radius * 1e-3, radius * (distance + 2.0))
+        })
+        .to_vec()
+}
+
+#[test]
+fn parity_on_the_built_in_scenes() {
+    let Some(gpu) = gpu() else { return };
+    for name in ["car", "solids", "city"] {
+        let scene = builtin::make(name, 1).unwrap();
+        // From outside, and from among the objects, where triangles cross the near plane.
+        for distance in [2.5, 0.3] {
+            let seen: usize = around(&scene, distance, 200).iter().map(|view| same(&scene, view, gpu)).sum();
+            assert!(seen > 1000, "{name} {distance}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// Shared edges, slivers, coplanar and huge faces, faces through the eye; both projections.
+    #[test]
+    fn parity_on_soups(scene in literal::soup(), view in literal::any_view()) {
+        if let Some(gpu) = gpu() {
+            same(&scene, &view, gpu);
+        }
+    }
+}
+
+#[test]
+fn parity_of_coverage() {
+    let Some(gpu) = gpu() else { return };
+    let scene = builtin::make("solids", 1).unwrap();
+    let geometry = Geometry::new(&scene);
+    let run = |backend: &dyn Backend| {
+        let views = around(&scene, 2.0, 160);
+        coverage(backend, &geometry, &views, &Options::default(), &Stop::default(), |_, c| c.clone()).unwrap()
+    };
+    let found = run(gpu);
+    assert!(found == run(&Cpu) && found.len() == 4 && found[3].pixels.iter().sum::<u32>() > 1000);
+}
+
+#[test]
+fn parity_of_faces_in_one_plane() {
+    let Some(gpu) = gpu() else { return };
+    // The same square, cut along either diagonal, moved within its plane, tilted, twice the same.
+    let tilt = Mat4::from_rotation_y(0.7) * Mat4::from_rotation_x(0.4);
+    let mut other = square();
+    other.triangles = vec![[0, 1, 3], [1, 2, 3]].into();
+    let scene = Scene {
+        objects: (0..12)
+            .map(|i| {
+                let shift = Vec3::new(0.01 * (i / 3) as f32, 0.013 * (i / 2) as f32, 0.0);
+                let m = if i % 2 == 0 { square() } else { other.clone() };
+                let mut o = object(&format!("{i:02}"), m, Material::default());
+                o.transform = tilt * Mat4::from_translation(shift);
+                o
+            })
+            .collect(),
+    };
+    assert!(same(&scene, &ahead(2.0, 150, 130), gpu) > 2000);
+}
+
+#[test]
+fn parity_of_huge_and_tiny_faces() {
+    let Some(gpu) = gpu() else { return };
+    let e = 1e30f32;
+    let mut points = vec![[-e, -0.5, -e], [e, -0.5, -e], [0.0, -0.5, e], [0.0, e, -3.0], [f32::MAX, f32::MAX, -2.0]];
+    let mut faces = vec![[0, 1, 2], [0, 3, 1], [2, 3, 4], [0, 2, 4]];
+    for i in 0..3000u32 {
+        let (x, y) = ((i % 60) as f32 * 0.013 - 0.4, (i / 60) as f32 * 0.011 - 0.3);
+        let first = points.len() as u32;
+        points.extend([[x, y, -1.0], [x + 0.001, y, -1.0], [x, y + 0.002, -1.001]]);
+        faces.push([first, first + 1, first + 2]);
+    }
+    let scene = crate::raster::tests::scene(mesh(&points, &faces));
+    let view = View { eye: DVec3::ZERO, far: f64::INFINITY, ..ahead(1.0, 200, 170) };
+    assert!(same(&scene, &view, gpu) > 10_000);
+    let projection = Projection::Orthographic { left: -0.05, right: 0.05, bottom: -0.04, top: 0.04 };
+    let view = View { near: -5.0, far: 50.0, projection, ..view };
+    assert!(same(&scene, &view, gpu) > 200);
+}
+
+#[test]
+fn parity_of_materials_with_holes() {
+    let Some(gpu) = gpu() else { return };
+    let texels: Vec<[u8; 4]> = (0..64u32).map(|i| [200, 90, 30, (i * 37 % 256) as u8]).collect();
+    let texture = Texture {
+        image: Arc::new(Image { name: String::new(), width: 8, height: 8, texels: texels.into() }),
+        uv_set: 0,
+        offset: [0.0; 2],
+        rotation: 0.0,
+        scale: [3.0; 2],
+        wrap: [Wrap::Repeat; 2],
+        smooth: true,
+    };
+    let leaf =
+        Material { base_color_texture: Some(texture), alpha: Alpha::Mask { cutoff: 0.5 }, ..Material::default() };
+    let mut objects: Vec<_> = (0..4)
+        .map(|i| {
+            let mut o = object(&format!("leaf {i}"), square(), leaf.clone());
+            o.transform = Mat4::from_translation(Vec3::new(0.1, 0.0, 0.2)) * Mat4::from_rotation_y(0.4 * i as f32);
+            o
+        })
+        .collect();
+    objects.push(object("wall", square(), Material::default()));
+    assert!(same(&Scene { objects }, &ahead(2.0, 190, 140), gpu) > 5000);
+}
+
+#[test]
+fn parity_of_eight_million_fragments() {
+    let Some(gpu) = gpu() else { return };
+    // 2,000 squares behind each other, each over 64×64 pixels.
+    let points: Vec<[f32; 3]> = (0..2000)
+        .flat_map(|i| {
+            let z = -1.0 - i as f32 * 1e-3;
+            [[-4.0, -4.0, z], [4.0, -4.0, z], [4.0, 4.0, z], [-4.0, 4.0, z]]
+        })
+        .collect();
+    let faces: Vec<[u32; 3]> =
+        (0..2000).flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]).collect();
+    let scene = crate::raster::tests::scene(mesh(&points, &faces));
+    let view = View { eye: DVec3::ZERO, ..ahead(1.0, 64, 64) };
+    let geometry = Geometry::new(&scene);
+    let prepared = Prepared::new(&geometry, &view, &Options::default(), &Stop::default()).unwrap();
+    let count = |backend: &dyn Backend| {
+        let lists = fragments_in_tiles(backend, &prepared, &Stop::default(), |_, f| f.fragments.clone());
+        lists.unwrap().concat()
+    };
+    let (cpu, other) = (count(&Cpu), count(gpu));
+    assert_eq!(cpu.len(), 8_192_000);
+    assert!(cpu == other && gpu.warnings().is_empty(), "{:?}", gpu.warnings());
+}
+
+#[test]
+fn parity_within_little_memory() {
+    let scene = builtin::make("city", 1).unwrap();
+    let view = around(&scene, 1.2, 300).swap_remove(1);
+    // Bands, batches and halves; then too little for one chunk of triangles.
+    let Some(small) = open(8 << 20) else { return };
+    assert!(same(&scene, &view, &small) > 1000);
+    let Some(tiny) = open(1 << 18) else { return };
+    let geometry = Geometry::new(&scene);
+    let prepared = Prepared::new(&geometry, &view, &Options::default(), &Stop::default()).unwrap();
+    assert!(everything(&tiny, &prepared) == everything(&Cpu, &prepared));
+    assert!(tiny.warnings()[0].contains("the CPU does it"), "{:?}", tiny.warnings());
+}
+
+#[test]
+fn a_stop_is_heeded() {
+    let Some(gpu) = gpu() else { return };
+    let scene = builtin::make("car", 1).unwrap();
+    let geometry = Geometry::new(&scene);
+    let view = around(&scene, 2.0, 100).swap_remove(0);
+    let prepared = Prepared::new(&geometry, &view, &Options::default(), &Stop::default()).unwrap();
+    let stop = Stop::default();
+    stop.set();
+    assert!(nearest_in_tiles(gpu, &prepared, &stop, |_, _, _| ()).is_err());
+    assert!(fragments_in_tiles(gpu, &prepared, &stop, |_, _| ()).is_err());
+    assert!(gpu.warnings().is_empty());
+}
+
+#[test]
+fn an_adapter_that_is_not_there_is_named() {
+    let text = Gpu::open(Wanted::Named("no such adapter"), MEMORY).err().unwrap().to_string();
+    assert!(text.starts_with("there is no GPU adapter") && text.contains("farfield devices"), "{text}");
+}
