@@ -275,3 +275,36 @@ fn a_cache_that_cannot_be_written_is_named() {
     );
     assert!(!folder.path().join("out").exists());
 }
+
+#[test]
+fn the_back_end_changes_no_byte() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipeline = concat!(env!("CARGO_MANIFEST_DIR"), "/pipelines/tdm.toml");
+    let bake = |backend: &[&str], out: &str, cache: &str| {
+        let knobs = ["bake", pipeline, "--set", "resolution=96", "--set", "views=8", "--out", out, "--cache", cache];
+        farfield(folder.path(), &[&knobs[..], backend].concat())
+    };
+    let first = bake(&["--backend", "cpu"], "a", "kept a");
+    assert_eq!(first.code, 0, "{}", first.err);
+    let devices = farfield(folder.path(), &["devices"]);
+    assert_eq!(devices.code, 0, "{}", devices.err);
+    let wrong = bake(&["--adapter", "no such adapter"], "b", "kept b");
+    assert_eq!(wrong.code, 2, "{}", wrong.err);
+    let both = bake(&["--adapter", "x", "--backend", "cpu"], "b", "kept b");
+    assert!(both.code == 2 && both.err.contains("--backend is cpu"), "{}", both.err);
+    assert!(!folder.path().join("b").exists());
+
+    let gpu = bake(&["--backend", "gpu"], "b", "kept b");
+    if devices.out.starts_with("no adapters") {
+        assert_eq!(gpu.code, 2, "{}", gpu.err);
+        return eprintln!("skipped: {}", devices.out);
+    }
+    assert_eq!(gpu.code, 0, "{}", gpu.err);
+    for name in ["tdm.glb", "certificate.json", "manifest.json"] {
+        let read = |out: &str| std::fs::read(folder.path().join(out).join("tdm").join(name)).unwrap();
+        assert!(read("a") == read("b"), "{name} differs");
+    }
+    // What one back end baked is a hit for the other.
+    let again = bake(&["--backend", "gpu"], "a", "kept a");
+    assert!(again.out.contains(" 0 ran, "), "{} {}", again.out, again.err);
+}

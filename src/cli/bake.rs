@@ -80,7 +80,7 @@ pub fn run(args: &Args, registry: &Registry) -> Done {
     if args.dry_run {
         print(&forecast(&report))?;
     } else if !matches!(style, Style::Json) {
-        print(&summary(&plan, &report))?;
+        print(&summary(&plan, &report, args.only.is_empty()))?;
     }
     let outcome = report.outcome;
     // The process ends here: to free a large plan node by node would only take time.
@@ -117,8 +117,8 @@ fn forecast(report: &Report) -> String {
     report.nodes.iter().map(|n| format!("{:width$}  {}\n", n.name, word(n.forecast))).collect()
 }
 
-/// The last lines of a bake.
-fn summary(plan: &Plan, report: &Report) -> String {
+/// The last lines of a bake. `published`: whether it was one that publishes.
+fn summary(plan: &Plan, report: &Report, published: bool) -> String {
     let mut out = String::new();
     for bound in &report.unmet {
         let measured = bound.measured.map_or("no number".to_owned(), |v| format!("{v}"));
@@ -151,7 +151,7 @@ fn summary(plan: &Plan, report: &Report) -> String {
         out += &format!(", {} warning{}", report.warnings, if report.warnings == 1 { "" } else { "s" });
     }
     match report.outcome {
-        Outcome::Baked | Outcome::NotMet if !report.nodes.is_empty() => {
+        Outcome::Baked | Outcome::NotMet if published && !report.nodes.is_empty() => {
             out += &format!(" → {}", report.folder.display());
         }
         _ => {}
