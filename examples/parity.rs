@@ -79,7 +79,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let s = compare(&scene, &gpu)?;
         println!(
             "{path}: {} triangles, {} pixels seen; different: {} ids, depth {:e} of the range, {} views' fragments, colour {}/255; \
-             nearest {:.1} ms on the CPU, {:.1} ms here, {} tiles decided by the CPU",
+             nearest {:.1} ms on the CPU, {:.1} ms here, {} tiles decided by the CPU, {} bytes of GPU memory at most",
             scene.triangle_count(),
             s.pixels,
             s.ids,
@@ -89,6 +89,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             s.seconds[0] * 1e3 / f64::from(VIEWS),
             s.seconds[1] * 1e3 / f64::from(VIEWS),
             gpu.undecided(),
+            gpu.most_memory(),
         );
         for warning in gpu.warnings() {
             println!("  warning: {warning}");

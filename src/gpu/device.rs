@@ -2,7 +2,10 @@
 
 use crate::math::{Stop, Stopped};
 use std::{
-    sync::{Arc, Mutex, PoisonError},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
     time::Duration,
 };
 use wgpu::{Adapter, DeviceType, Instance, PollType};
@@ -43,8 +46,41 @@ pub struct Device {
     pub(super) queue: wgpu::Queue,
     /// Bytes that its buffers may take together.
     pub(super) memory: u64,
+    /// What its buffers take.
+    pub(super) taken: Arc<Taken>,
     /// The first error that nobody waited for.
     fault: Arc<Mutex<Option<String>>>,
+}
+
+/// Bytes that buffers take now, and the most that they ever took.
+#[derive(Default)]
+pub struct Taken {
+    now: AtomicU64,
+    most: AtomicU64,
+}
+
+impl Taken {
+    fn add(&self, bytes: u64) {
+        let now = self.now.fetch_add(bytes, Ordering::Relaxed) + bytes;
+        self.most.fetch_max(now, Ordering::Relaxed);
+    }
+
+    pub fn most(&self) -> u64 {
+        self.most.load(Ordering::Relaxed)
+    }
+}
+
+/// A buffer whose bytes are counted while it lives.
+pub struct Buffer {
+    pub buffer: wgpu::Buffer,
+    bytes: u64,
+    taken: Arc<Taken>,
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        self.taken.now.fetch_sub(self.bytes, Ordering::Relaxed);
+    }
 }
 
 /// The adapters of this machine that can run the back end, real ones first, otherwise in the order of the system.
@@ -136,7 +172,7 @@ impl Device {
                 on_loss(format!("the device was lost: {text}"));
             }
         });
-        Ok(Self { info, device, queue, memory, fault })
+        Ok(Self { info, device, queue, memory, taken: Arc::default(), fault })
     }
 
     /// Largest buffer that can be made, bytes.
@@ -152,43 +188,39 @@ impl Device {
         }
     }
 
+    /// A buffer; `copies`: how many of its size exist at a time, with those that it is filled through.
+    pub(super) fn buffer(&self, size: u64, usage: wgpu::BufferUsages, copies: u64) -> Buffer {
+        let size = size.max(16);
+        let buffer =
+            self.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false });
+        self.taken.add(size * copies);
+        Buffer { buffer, bytes: size * copies, taken: self.taken.clone() }
+    }
+
     /// A buffer of zeros that shaders read and write.
-    pub(super) fn zeros(&self, bytes: u64) -> wgpu::Buffer {
-        self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: bytes.max(16),
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        })
+    pub(super) fn zeros(&self, bytes: u64) -> Buffer {
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        self.buffer(bytes, usage, 1)
     }
 
     /// A buffer that shaders read.
-    pub(super) fn upload<T: bytemuck::NoUninit>(&self, values: &[T]) -> wgpu::Buffer {
+    pub(super) fn upload<T: bytemuck::NoUninit>(&self, values: &[T], usage: wgpu::BufferUsages) -> Buffer {
         let bytes: &[u8] = bytemuck::cast_slice(values);
-        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: (bytes.len() as u64).max(16),
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        self.queue.write_buffer(&buffer, 0, bytes);
+        let buffer = self.buffer(bytes.len() as u64, usage | wgpu::BufferUsages::COPY_DST, 2);
+        self.queue.write_buffer(&buffer.buffer, 0, bytes);
         buffer
     }
 
     /// Waits for all work so far and gives the first `count` words of a buffer.
-    pub(super) fn read(&self, buffer: &wgpu::Buffer, count: usize, stop: &Stop) -> Result<Vec<u32>, GpuError> {
+    pub(super) fn read(&self, buffer: &Buffer, count: usize, stop: &Stop) -> Result<Vec<u32>, GpuError> {
         let bytes = count as u64 * 4;
         if count == 0 {
             return Ok(Vec::new());
         }
-        let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: bytes,
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let staging = self.buffer(bytes, wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST, 1);
+        let staging = &staging.buffer;
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
+        encoder.copy_buffer_to_buffer(&buffer.buffer, 0, staging, 0, bytes);
         self.queue.submit([encoder.finish()]);
         let mapped = Arc::new(Mutex::new(None));
         let done = mapped.clone();
@@ -205,6 +237,11 @@ impl Device {
         }
         let view = staging.get_mapped_range(..).map_err(|e| GpuError::Failed(e.to_string()))?;
         Ok(bytemuck::pod_collect_to_vec(&view[..]))
+    }
+
+    #[cfg(test)]
+    pub fn destroy(&self) {
+        self.device.destroy();
     }
 
     /// Waits for all work so far.

@@ -1,7 +1,7 @@
 //! The rasteriser's shaders on an open device, run by one thread.
 
 use super::{
-    device::{Device, GpuError},
+    device::{Buffer, Device, GpuError},
     work::{Frame, Item, Work},
 };
 use crate::math::Stop;
@@ -78,7 +78,7 @@ impl Machine {
     /// The numbers of the triangles that cover each pixel, in any order; a pixel's begin at `starts`, and there are `total`.
     pub fn list(&self, work: &Work, starts: &[u32], total: usize, stop: &Stop) -> Result<Vec<u32>, GpuError> {
         let [cursor, list, unused] = [work.pixels, total, 4].map(|n| self.device.zeros(n as u64 * 4));
-        self.device.queue.write_buffer(&cursor, 0, bytemuck::cast_slice(starts));
+        self.device.queue.write_buffer(&cursor.buffer, 0, bytemuck::cast_slice(starts));
         self.round(work, 1, &self.fragments, [&cursor, &list, &unused], stop)?;
         self.device.read(&list, total, stop)
     }
@@ -89,49 +89,43 @@ impl Machine {
         work: &Work,
         round: u32,
         pipelines: &Pipelines,
-        targets: [&wgpu::Buffer; 3],
+        targets: [&Buffer; 3],
         stop: &Stop,
     ) -> Result<(), GpuError> {
         // Items and the copies that they are uploaded from take an eighth of the memory.
         let most = (self.device.memory / 16 / size_of::<Item>() as u64).clamp(1, ITEMS) as usize;
         for batch in &work.batches {
-            let triangles = self.device.upload(&batch.triangles);
+            let triangles = self.device.upload(&batch.triangles, wgpu::BufferUsages::STORAGE);
             let lists = [(&batch.small, &pipelines.small, THREADS), (&batch.large, &pipelines.large, 1)];
             for (items, pipeline, each) in lists {
                 for items in items.chunks(most) {
                     let frame = Frame { base: batch.base, round, items: items.len() as u32, ..work.frame };
-                    self.submit(frame, items, &triangles, targets, pipeline, each);
-                    self.device.finish(stop)?;
+                    self.dispatch(frame, items, &triangles, targets, pipeline, each, stop)?;
                 }
             }
         }
         Ok(())
     }
 
-    /// `each`: items of a work group.
-    fn submit(
+    /// Dispatches and waits. `each`: items of a work group.
+    fn dispatch(
         &self,
         frame: Frame,
         items: &[Item],
-        triangles: &wgpu::Buffer,
-        targets: [&wgpu::Buffer; 3],
+        triangles: &Buffer,
+        targets: [&Buffer; 3],
         pipeline: &wgpu::ComputePipeline,
         each: u32,
-    ) {
+        stop: &Stop,
+    ) -> Result<(), GpuError> {
         let d = &self.device.device;
-        let uniform = d.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: size_of::<Frame>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        self.device.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&frame));
-        let items = self.device.upload(items);
+        let uniform = self.device.upload(&[frame], wgpu::BufferUsages::UNIFORM);
+        let items = self.device.upload(items, wgpu::BufferUsages::STORAGE);
         let [first, second, third] = targets;
         let buffers = [&uniform, triangles, &items, first, second, third];
         let entries: Vec<_> = (0..)
             .zip(buffers)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.buffer.as_entire_binding() })
             .collect();
         let group =
             d.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &self.layout, entries: &entries });
@@ -144,6 +138,7 @@ impl Machine {
             pass.dispatch_workgroups(groups.min(GROUPS), groups.div_ceil(GROUPS), 1);
         }
         self.device.queue.submit([encoder.finish()]);
+        self.device.finish(stop)
     }
 }
 

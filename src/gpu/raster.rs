@@ -1,7 +1,7 @@
 //! The rasteriser's operations on a device: work goes to the device's thread, what comes back becomes what the CPU gives.
 
 use super::{
-    device::{AdapterInfo, Device, GpuError, Wanted},
+    device::{AdapterInfo, Device, GpuError, Taken, Wanted},
     machine::Machine,
     work::{Band, Room, Table, Triangle, Work, bands},
 };
@@ -11,7 +11,7 @@ use crate::{
 };
 use rayon::prelude::*;
 use std::sync::{
-    Mutex, PoisonError,
+    Arc, Mutex, PoisonError,
     atomic::{AtomicBool, AtomicU64, Ordering},
     mpsc,
 };
@@ -27,6 +27,7 @@ pub struct Gpu {
     /// It failed and is not asked again.
     gone: AtomicBool,
     undecided: AtomicU64,
+    taken: Arc<Taken>,
     warnings: Mutex<Vec<String>>,
 }
 
@@ -35,6 +36,7 @@ impl Gpu {
     pub fn open(wanted: Wanted, memory: u64) -> Result<Self, GpuError> {
         let device = Device::open(wanted, memory)?;
         let (info, room) = (device.info.clone(), Room { memory, largest: device.largest_buffer() });
+        let taken = device.taken.clone();
         let (jobs, queue) = mpsc::channel::<Job>();
         let (ready, opened) = mpsc::channel();
         let run = move || {
@@ -55,6 +57,7 @@ impl Gpu {
             jobs,
             gone: AtomicBool::new(false),
             undecided: AtomicU64::new(0),
+            taken,
             warnings: Mutex::default(),
         })
     }
@@ -67,6 +70,11 @@ impl Gpu {
     /// Of how many tiles, so far, the CPU had to find the nearest surfaces, because several are equally near up to rounding.
     pub fn undecided(&self) -> u64 {
         self.undecided.load(Ordering::Relaxed)
+    }
+
+    /// The most bytes that its buffers took together so far, with what they are filled and read through.
+    pub fn most_memory(&self) -> u64 {
+        self.taken.most()
     }
 
     /// Runs `f` on the device's thread.
@@ -141,7 +149,7 @@ impl Gpu {
         let mut left = bands(prepared, &self.room, 16)?;
         left.reverse();
         while let Some(band) = left.pop() {
-            let work = std::sync::Arc::new(Work::new(prepared, &band, &self.room)?);
+            let work = Arc::new(Work::new(prepared, &band, &self.room)?);
             let (same, inner) = (work.clone(), stop.clone());
             let counts = self.call(move |machine| machine.count(&same, &inner))?;
             let total: u64 = counts.iter().map(|c| u64::from(*c)).sum();
@@ -181,6 +189,18 @@ impl Gpu {
             warnings.push(text);
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+impl Gpu {
+    /// Loses the device, as a driver does that is reset.
+    pub fn lose(&self) {
+        let destroy = |machine: &Machine| {
+            machine.device.destroy();
+            Ok(())
+        };
+        self.call(destroy).unwrap();
     }
 }
 

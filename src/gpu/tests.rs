@@ -236,6 +236,7 @@ fn parity_of_eight_million_fragments() {
     let (cpu, other) = (count(&Cpu), count(gpu));
     assert_eq!(cpu.len(), 8_192_000);
     assert!(cpu == other && gpu.warnings().is_empty(), "{:?}", gpu.warnings());
+    assert!(gpu.most_memory() <= MEMORY, "{}", gpu.most_memory());
 }
 
 #[test]
@@ -245,11 +246,26 @@ fn parity_within_little_memory() {
     // Bands, batches and halves; then too little for one chunk of triangles.
     let Some(small) = open(8 << 20) else { return };
     assert!(same(&scene, &view, &small) > 1000);
+    assert!(small.most_memory() <= 8 << 20, "{}", small.most_memory());
     let Some(tiny) = open(1 << 18) else { return };
     let geometry = Geometry::new(&scene);
     let prepared = Prepared::new(&geometry, &view, &Options::default(), &Stop::default()).unwrap();
     assert!(everything(&tiny, &prepared) == everything(&Cpu, &prepared));
     assert!(tiny.warnings()[0].contains("the CPU does it"), "{:?}", tiny.warnings());
+}
+
+#[test]
+fn parity_after_the_device_is_lost() {
+    let Some(gpu) = open(MEMORY) else { return };
+    let scene = builtin::make("car", 1).unwrap();
+    let geometry = Geometry::new(&scene);
+    let view = around(&scene, 2.0, 100).swap_remove(0);
+    let prepared = Prepared::new(&geometry, &view, &Options::default(), &Stop::default()).unwrap();
+    let before = everything(&gpu, &prepared);
+    assert!(gpu.warnings().is_empty());
+    gpu.lose();
+    assert!(everything(&gpu, &prepared) == before);
+    assert!(gpu.warnings().len() == 1 && gpu.warnings()[0].contains("the CPU goes on"), "{:?}", gpu.warnings());
 }
 
 #[test]
