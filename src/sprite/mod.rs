@@ -1,0 +1,19 @@
+//! Volumetric depth sprites: layered depth images of solids, in which a point is inside or outside (Trapp and Döllner,
+//! *Efficient Representation of Layered Depth Images for Real-time Volumetric Tests*, 2008).
+//!
+//! A solid is *peeled* along one direction: every ray through the unit cube around it keeps all depths at which it crosses
+//! the surface. They come in pairs, which are the ranges of the ray that lie inside. The image is *cropped* to the texels
+//! that hold any, and *packed* into the smallest of several layouts, each of which answers the *parity test* directly.
+
+mod layered;
+mod packed;
+mod peel;
+mod solid;
+
+#[cfg(test)]
+mod tests;
+
+pub use layered::{LayeredDepthImage, Region};
+pub use packed::{Layout, Packed};
+pub use peel::{Frame, OddRay, PeelError, Peeled, Repair, peel};
+pub use solid::{Closedness, closedness};

@@ -1,0 +1,270 @@
+//! Compression (section 4.3) and the test on what it gives (section 4.4).
+//!
+//! All layouts are lossless; sizes are counted in values of 32 bits, as the paper's table 1 counts them.
+//!
+//! - `raw`: the d layers, the paper's cropped image: n·d values.
+//! - `ranges`: the paper's index and range segments in one texture of two channels and side ⌈√(|IS| + |RS|)⌉. Offsets are whole
+//!   numbers, as floats would hold them exactly up to 2²⁴ only, count from the texture's beginning, and 0 means no range: 2·(n + r).
+//! - `rows`: for each row the number of ranges before it, for each texel the number of ranges before it in its row, in 16
+//!   bits: h + 1 + n/2 + 2·r. Where a row holds more than 65,535 ranges this layout does not exist.
+//! - `runs`: for each row where its runs begin, and for each run of neighbouring texels with equally many ranges, at least one, its
+//!   first texel, its length, their number of ranges and the first of them: h + 1 + 3·runs + 2·r. For convex shapes.
+
+use super::{
+    LayeredDepthImage, Region,
+    layered::{INVALID, texel, within},
+};
+
+/// How an image is packed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Layout {
+    Raw,
+    Ranges,
+    Rows,
+    Runs,
+}
+
+impl Layout {
+    pub const ALL: [Self; 4] = [Self::Raw, Self::Ranges, Self::Rows, Self::Runs];
+}
+
+/// A packed image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Packed {
+    size: [u32; 2],
+    region: Region,
+    data: Data,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Data {
+    /// Layer by layer.
+    Raw { layers: u32, depths: Vec<f32> },
+    /// (offset, count) for every texel, then (start, end) of every range as the bits of floats, then zeros.
+    Ranges { side: u32, ranges: usize, texels: Vec<[u32; 2]> },
+    /// `before[row]` ranges come before the row, `prefix[texel]` of its row before the texel.
+    Rows { before: Vec<u32>, prefix: Vec<u16>, ranges: Vec<[f32; 2]> },
+    /// The runs of a row are `runs[first[row]..first[row + 1]]`, by their first texel.
+    Runs { first: Vec<u32>, runs: Vec<Run>, ranges: Vec<[f32; 2]> },
+}
+
+/// Neighbouring texels of a row with equally many ranges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Run {
+    /// Column of the first.
+    x: u16,
+    length: u16,
+    /// Ranges of each texel.
+    count: u32,
+    /// First range of the first texel.
+    start: u32,
+}
+
+impl Packed {
+    /// `None` where the layout cannot hold the image: `rows` no row with more than 65,535 ranges, `rows` and `runs` no region wider
+    /// than 65,535 texels, none of them more than 2³² − 1 values.
+    pub fn new(image: &LayeredDepthImage, layout: Layout) -> Option<Self> {
+        let data = match layout {
+            Layout::Raw => raw(image)?,
+            Layout::Ranges => ranges(image)?,
+            Layout::Rows => rows(image)?,
+            Layout::Runs => runs(image)?,
+        };
+        Some(Self { size: image.size(), region: image.region(), data })
+    }
+
+    /// In the layout with the fewest values; of equals the first of [`Layout::ALL`]. `None` where none holds the image.
+    pub fn smallest(image: &LayeredDepthImage) -> Option<Self> {
+        let all = Layout::ALL.into_iter().filter_map(|layout| Self::new(image, layout));
+        all.min_by_key(Self::values)
+    }
+
+    pub fn layout(&self) -> Layout {
+        match self.data {
+            Data::Raw { .. } => Layout::Raw,
+            Data::Ranges { .. } => Layout::Ranges,
+            Data::Rows { .. } => Layout::Rows,
+            Data::Runs { .. } => Layout::Runs,
+        }
+    }
+
+    pub fn region(&self) -> Region {
+        self.region
+    }
+
+    /// Values of 32 bits, without what only fills up the texture.
+    pub fn values(&self) -> usize {
+        match &self.data {
+            Data::Raw { depths, .. } => depths.len(),
+            Data::Ranges { ranges, .. } => 2 * (self.region.texels() + ranges),
+            Data::Rows { before, prefix, ranges } => before.len() + prefix.len().div_ceil(2) + 2 * ranges.len(),
+            Data::Runs { first, runs, ranges } => first.len() + 3 * runs.len() + 2 * ranges.len(),
+        }
+    }
+
+    /// The texture of the layout `ranges`: its side in texels, and the bits of its two channels, row by row.
+    pub fn texture(&self) -> Option<(u32, &[[u32; 2]])> {
+        match &self.data {
+            Data::Ranges { side, texels, .. } => Some((*side, texels)),
+            _ => None,
+        }
+    }
+
+    /// The image that was packed.
+    pub fn unpack(&self) -> LayeredDepthImage {
+        LayeredDepthImage::from_region(self.size, self.region, (0..self.region.texels()).map(|i| self.ray(i)))
+    }
+
+    /// The depths of texel `i` of the region.
+    fn ray(&self, i: usize) -> Vec<f32> {
+        let flat = |ranges: &[[f32; 2]]| ranges.as_flattened().to_vec();
+        match &self.data {
+            Data::Raw { layers, depths } => {
+                let n = self.region.texels();
+                let ray = (0..*layers as usize).map(|k| depths[k * n + i]);
+                ray.take_while(|d| *d != INVALID).collect()
+            }
+            Data::Ranges { texels, .. } => {
+                let [offset, count] = texels[i];
+                let list = &texels[offset as usize..offset as usize + count as usize];
+                list.iter().flatten().map(|bits| f32::from_bits(*bits)).collect()
+            }
+            Data::Rows { ranges, .. } => {
+                let (from, to) = self.row_ranges(i);
+                flat(&ranges[from..to])
+            }
+            Data::Runs { ranges, .. } => {
+                let (from, to) = self.run_ranges(i);
+                flat(&ranges[from..to])
+            }
+        }
+    }
+
+    /// The parity test (figure 13); the same as [`LayeredDepthImage::contains`].
+    #[inline]
+    pub fn contains(&self, point: [f32; 3]) -> bool {
+        let Some(i) = texel(self.size, &self.region, point) else { return false };
+        let z = point[2];
+        match &self.data {
+            Data::Raw { layers, depths } => {
+                let n = self.region.texels();
+                for k in (0..*layers as usize).step_by(2) {
+                    // Ranges are sorted: what begins deeper, and all that is invalid, cannot hold the point.
+                    if depths[k * n + i] > z {
+                        return false;
+                    }
+                    if z <= depths[(k + 1) * n + i] && depths[k * n + i] != INVALID {
+                        return true;
+                    }
+                }
+                false
+            }
+            Data::Ranges { texels, .. } => {
+                let [offset, count] = texels[i];
+                let list = &texels[offset as usize..offset as usize + count as usize];
+                list.iter().any(|[s, e]| f32::from_bits(*s) <= z && z <= f32::from_bits(*e))
+            }
+            Data::Rows { ranges, .. } => {
+                let (from, to) = self.row_ranges(i);
+                within(ranges[from..to].as_flattened(), z)
+            }
+            Data::Runs { ranges, .. } => {
+                let (from, to) = self.run_ranges(i);
+                within(ranges[from..to].as_flattened(), z)
+            }
+        }
+    }
+
+    #[inline]
+    fn row_ranges(&self, i: usize) -> (usize, usize) {
+        let Data::Rows { before, prefix, .. } = &self.data else { return (0, 0) };
+        let width = self.region.width as usize;
+        let (row, last) = (i / width, (i + 1).is_multiple_of(width));
+        let from = before[row] as usize + usize::from(prefix[i]);
+        let to = if last { before[row + 1] as usize } else { before[row] as usize + usize::from(prefix[i + 1]) };
+        (from, to)
+    }
+
+    #[inline]
+    fn run_ranges(&self, i: usize) -> (usize, usize) {
+        let Data::Runs { first, runs, .. } = &self.data else { return (0, 0) };
+        let width = self.region.width as usize;
+        let (row, x) = (i / width, (i % width) as u16);
+        let list = &runs[first[row] as usize..first[row + 1] as usize];
+        let Some(run) = list.partition_point(|run| run.x <= x).checked_sub(1).map(|k| list[k]) else { return (0, 0) };
+        let along = x - run.x;
+        if along >= run.length {
+            return (0, 0);
+        }
+        let from = run.start as usize + usize::from(along) * run.count as usize;
+        (from, from + run.count as usize)
+    }
+}
+
+fn raw(image: &LayeredDepthImage) -> Option<Data> {
+    let layers = image.depth_complexity();
+    u32::try_from(layers as usize * image.region().texels()).ok()?;
+    Some(Data::Raw { layers, depths: (0..layers as usize).flat_map(|i| image.layer(i)).collect() })
+}
+
+/// Extract and pack.
+fn ranges(image: &LayeredDepthImage) -> Option<Data> {
+    let n = image.region().texels();
+    let filled = n + image.depths().len() / 2;
+    u32::try_from(filled).ok()?;
+    let mut side = (filled as f64).sqrt() as u32;
+    while (side as usize).pow(2) < filled {
+        side += 1;
+    }
+    let (mut texels, mut offset) = (Vec::with_capacity((side as usize).pow(2)), n as u32);
+    for i in 0..n {
+        let count = image.ray(i).len() as u32 / 2;
+        texels.push(if count == 0 { [0, 0] } else { [offset, count] });
+        offset += count;
+    }
+    texels.extend(image.depths().chunks_exact(2).map(|r| [r[0].to_bits(), r[1].to_bits()]));
+    texels.resize((side as usize).pow(2), [0, 0]);
+    Some(Data::Ranges { side, ranges: filled - n, texels })
+}
+
+fn rows(image: &LayeredDepthImage) -> Option<Data> {
+    let region = image.region();
+    u16::try_from(region.width).ok()?;
+    let (mut before, mut prefix) = (vec![0u32], Vec::with_capacity(region.texels()));
+    for row in 0..region.height as usize {
+        let mut count = 0;
+        for x in 0..region.width as usize {
+            prefix.push(u16::try_from(count).ok()?);
+            count += image.ray(row * region.width as usize + x).len() / 2;
+        }
+        before.push(before[row].checked_add(u32::try_from(count).ok()?)?);
+    }
+    Some(Data::Rows { before, prefix, ranges: pairs(image) })
+}
+
+fn runs(image: &LayeredDepthImage) -> Option<Data> {
+    let region = image.region();
+    u16::try_from(region.width).ok()?;
+    let (mut first, mut runs, mut start) = (vec![0u32], Vec::<Run>::new(), 0u32);
+    for row in 0..region.height as usize {
+        let mut last: Option<Run> = None;
+        for x in 0..region.width as usize {
+            let count = image.ray(row * region.width as usize + x).len() as u32 / 2;
+            match &mut last {
+                Some(run) if run.count == count => run.length += 1,
+                _ => {
+                    runs.extend(last.filter(|run| run.count > 0));
+                    last = Some(Run { x: x as u16, length: 1, count, start });
+                }
+            }
+            start += count;
+        }
+        runs.extend(last.filter(|run| run.count > 0));
+        first.push(u32::try_from(runs.len()).ok()?);
+    }
+    Some(Data::Runs { first, runs, ranges: pairs(image) })
+}
+
+fn pairs(image: &LayeredDepthImage) -> Vec<[f32; 2]> {
+    image.depths().chunks_exact(2).map(|r| [r[0], r[1]]).collect()
+}

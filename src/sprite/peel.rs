@@ -1,0 +1,196 @@
+//! From a solid to its layered depth image (section 3.1).
+//!
+//! The paper peels layer after layer with a second depth test. Here one pass gathers all surfaces of every ray: equal depths are
+//! kept, of which strict peeling would drop one and turn inside and outside round behind it.
+
+use super::{LayeredDepthImage, layered::INVALID};
+use crate::{
+    math::{Projection, Stop, Stopped, View},
+    raster::{Backend, Geometry, MAX_SIDE, Options, Prepared, TileFragments, fragments_in_tiles},
+};
+use glam::{DAffine3, DMat3, DVec3};
+
+/// The unit cube around a solid, turned so that rays run along its third axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    right: DVec3,
+    up: DVec3,
+    forward: DVec3,
+    /// P: the cube's centre in the world.
+    centre: DVec3,
+    /// Its side, metres.
+    side: f64,
+}
+
+impl Frame {
+    /// The smallest cube so turned around all triangles; `None` where there are none, or where they have no finite extent above 0.
+    /// Rays run along `forward`; `up` is replaced where it is parallel to it.
+    pub fn around(geometry: &Geometry, forward: DVec3, up: DVec3) -> Option<Self> {
+        let forward = forward.try_normalize()?;
+        let up = if forward.cross(up).length_squared() < 1e-12 { forward.any_orthonormal_vector() } else { up };
+        let right = forward.cross(up).normalize();
+        let up = right.cross(forward);
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for t in 0..geometry.triangle_count() {
+            for p in geometry.positions(t) {
+                let q = DVec3::new(p.dot(right), p.dot(up), p.dot(forward));
+                (low, high) = (low.min(q), high.max(q));
+            }
+        }
+        let side = (high - low).max_element();
+        let middle = (low + high) * 0.5;
+        let centre = right * middle.x + up * middle.y + forward * middle.z;
+        (side > 0.0 && side.is_finite() && centre.is_finite()).then_some(Self { right, up, forward, centre, side })
+    }
+
+    /// M of equation (2), from the world to texture space: (s, t, r) in [0, 1]³, t downwards, r along the rays.
+    pub fn to_texture(&self) -> DAffine3 {
+        let base = DMat3::from_cols(self.right, -self.up, self.forward).transpose() * (1.0 / self.side);
+        DAffine3 { matrix3: base, translation: DVec3::splat(0.5) - base * self.centre }
+    }
+
+    /// Side of the cube, metres.
+    pub fn side(&self) -> f64 {
+        self.side
+    }
+
+    fn view(&self, resolution: u32) -> View {
+        let half = self.side * 0.5;
+        View {
+            eye: self.centre - self.forward * half,
+            right: self.right,
+            up: self.up,
+            forward: self.forward,
+            projection: Projection::Orthographic { left: -half, right: half, bottom: -half, top: half },
+            width: resolution,
+            height: resolution,
+            // What lies on the cube's sides is not clipped.
+            near: -0.01 * self.side,
+            far: 1.01 * self.side,
+        }
+    }
+}
+
+/// What happens to rays that cross the surface an odd number of times.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Repair {
+    /// They are an error.
+    #[default]
+    None,
+    /// They count as empty.
+    Drop,
+    /// Crossings are kept where they enter and leave in turn, by the side of the surface that they see.
+    Pair,
+}
+
+/// A ray that crosses the surface an odd number of times.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OddRay {
+    pub texel: [u32; 2],
+    pub crossings: u32,
+}
+
+/// A peeled solid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Peeled {
+    pub image: LayeredDepthImage,
+    pub frame: Frame,
+    /// Those that were repaired, row by row.
+    pub odd: Vec<OddRay>,
+}
+
+#[derive(Debug, thiserror::Error)]
+pub enum PeelError {
+    #[error("there is nothing to peel: no triangle has an extent above 0")]
+    Empty,
+    #[error("no ray meets the surface at {0} × {0} texels")]
+    Missed(u32),
+    #[error("a resolution of {0} texels; expected 1 to {MAX_SIDE}")]
+    Resolution(u32),
+    #[error(
+        "{} rays cross the surface an odd number of times, the first at texel ({}, {}): it is not closed; choose the repair \
+         `drop` or `pair`, or close it",
+        odd.len(), odd[0].texel[0], odd[0].texel[1]
+    )]
+    Open { odd: Vec<OddRay> },
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+/// Peels the triangles of `geometry` along `forward` at `resolution`² texels. Where shapes overlap, inside is what an odd number of
+/// them holds.
+pub fn peel(
+    backend: &dyn Backend,
+    geometry: &Geometry,
+    forward: DVec3,
+    up: DVec3,
+    resolution: u32,
+    repair: Repair,
+    stop: &Stop,
+) -> Result<Peeled, PeelError> {
+    if !(1..=MAX_SIDE).contains(&resolution) {
+        return Err(PeelError::Resolution(resolution));
+    }
+    let frame = Frame::around(geometry, forward, up).ok_or(PeelError::Empty)?;
+    let prepared = Prepared::new(geometry, &frame.view(resolution), &Options::default(), stop)?;
+    let tiles = fragments_in_tiles(backend, &prepared, stop, |tile, fragments| {
+        let mut odd = Vec::new();
+        let rays: Vec<Vec<f32>> = (0..tile.pixels())
+            .map(|i| {
+                let crossings = fragments.of(i).len() as u32;
+                if crossings.is_multiple_of(2) {
+                    return fragments.of(i).iter().map(|f| frame.depth(f.depth)).collect();
+                }
+                let (x, y) = tile.pixel(i);
+                odd.push(OddRay { texel: [x, y], crossings });
+                frame.repaired(geometry, fragments, i, repair)
+            })
+            .collect();
+        (tile, rays, odd)
+    })?;
+    let mut odd: Vec<OddRay> = tiles.iter().flat_map(|t| &t.2).copied().collect();
+    odd.sort_by_key(|o| (o.texel[1], o.texel[0]));
+    if repair == Repair::None && !odd.is_empty() {
+        return Err(PeelError::Open { odd });
+    }
+    let mut rows: Vec<Vec<&[f32]>> = vec![Vec::with_capacity(resolution as usize); resolution as usize];
+    // Tiles come row by row, so that those of one row fill it from the left.
+    for (tile, rays, _) in &tiles {
+        for (y, row) in rays.chunks(tile.width as usize).enumerate() {
+            rows[tile.y as usize + y].extend(row.iter().map(Vec::as_slice));
+        }
+    }
+    let image = LayeredDepthImage::new([resolution; 2], rows.into_iter().flatten());
+    if image.depths().is_empty() {
+        return Err(PeelError::Missed(resolution));
+    }
+    Ok(Peeled { image, frame, odd })
+}
+
+impl Frame {
+    /// From metres along the ray to [0, 1).
+    fn depth(&self, metres: f32) -> f32 {
+        /// The greatest below 1, which stands for no depth.
+        const MOST: f32 = INVALID - f32::EPSILON / 2.0;
+        ((f64::from(metres) / self.side) as f32).clamp(0.0, MOST)
+    }
+
+    fn repaired(&self, geometry: &Geometry, fragments: &TileFragments, i: usize, repair: Repair) -> Vec<f32> {
+        if repair != Repair::Pair {
+            return Vec::new();
+        }
+        let (mut kept, mut inside) = (Vec::new(), false);
+        for f in fragments.of(i) {
+            let [a, b, c] = geometry.positions(f.triangle);
+            let enters = (b - a).cross(c - a).dot(self.forward) < 0.0;
+            if enters != inside {
+                kept.push(self.depth(f.depth));
+                inside = enters;
+            }
+        }
+        if inside {
+            kept.pop();
+        }
+        kept
+    }
+}
