@@ -1,13 +1,16 @@
 //! The node kinds: thin adapters between the engine and the algorithms, one file or folder each.
 
 pub mod collapse;
+mod compress;
 mod evaluate;
 mod field_scene;
 mod load_scene;
 mod make_scene;
 mod pack_atlas;
+mod peel;
 pub mod render_slices;
 mod resample;
+mod select_direction;
 mod select_objects;
 mod split_objects;
 pub mod values;
@@ -42,5 +45,54 @@ pub fn registry() -> Registry {
     r.add::<view_cell::ViewCell>();
     r.add::<render_slices::RenderSlices>();
     r.add::<evaluate::Evaluate>();
+    r.add::<select_direction::SelectDirection>();
+    r.add::<peel::Peel>();
+    r.add::<compress::Compress>();
     r
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        array::Bytes,
+        engine::node::{Device, Door, NodeError},
+        math::{Stop, Stopped},
+        raster::{Prepared, TileFragments},
+    };
+    use std::path::Path;
+
+    struct Closed;
+
+    impl Door for Closed {
+        fn read(&self, _: &Path) -> Result<Option<Bytes>, NodeError> {
+            Ok(None)
+        }
+    }
+
+    /// Renders nothing.
+    struct Blind;
+
+    impl Backend for Blind {
+        fn nearest(&self, _: &Prepared, _: &Stop, _: &(dyn Fn(u32, &[f32], &[u32]) + Sync)) -> Result<(), Stopped> {
+            Err(Stopped)
+        }
+        fn fragments(&self, _: &Prepared, _: &Stop, _: &(dyn Fn(u32, &TileFragments) + Sync)) -> Result<(), Stopped> {
+            Err(Stopped)
+        }
+    }
+
+    #[test]
+    fn the_device_that_the_program_was_given_renders() {
+        let scene = crate::scene::builtin::make("solids", 1).unwrap();
+        let direction = crate::sprite::Direction::new(glam::DVec3::NEG_Z).unwrap();
+        let geometry = crate::raster::Geometry::new(&scene);
+        let stop = Stop::default();
+        let run = |device: Option<&Device>| {
+            let ctx = Ctx { stop: &stop, door: &Closed, element: None, device, warn: &|_| {} };
+            crate::sprite::judge(backend(&ctx), &geometry, &[direction], 16, &stop).is_ok()
+        };
+        let blind: Arc<dyn Backend> = Arc::new(Blind);
+        assert!(run(None) && !run(Some(&blind)) && run(Some(&"another program's device")));
+    }
 }

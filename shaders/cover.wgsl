@@ -114,7 +114,7 @@ fn rect_in_tile(item: Item) -> Rect {
 // floor(E/256) at a sample and its change to the next: within a tile it is at most 2^30 away from its first value.
 fn edge(a: vec2<i32>, b: vec2<i32>, sample: vec2<i32>) -> Edge {
     let d = b - a;
-    let top_left = d.y < 0 || (d.y == 0 && d.x > 0);
+    let top_left = (d.y < 0) || ((d.y == 0) && (d.x > 0));
     let p = sample * 256 + 128 - a;
     var e = sum(signed_product(d.x, p.y), negated(signed_product(d.y, p.x)));
     if !top_left {
@@ -122,7 +122,7 @@ fn edge(a: vec2<i32>, b: vec2<i32>, sample: vec2<i32>) -> Edge {
     }
     let low = (e.x >> 8u) | (e.y << 24u);
     let high = i32(e.y) >> 8u;
-    if high == 0 && low < 0x40000000u || high == -1 && low >= 0xc0000000u {
+    if (high == 0 && low < 0x40000000u) || (high == -1 && low >= 0xc0000000u) {
         return Edge(i32(low), -d.y, d.x);
     }
     // The same side all over the tile.
@@ -146,7 +146,7 @@ fn float_bits(value: vec2<u32>, exponent: i32) -> u32 {
     }
     var mantissa = v.y >> 8u;
     let rest = v.y & 0xffu;
-    if rest > 0x80u || rest == 0x80u && (v.x != 0u || (mantissa & 1u) == 1u) {
+    if rest > 0x80u || (rest == 0x80u && (v.x != 0u || (mantissa & 1u) == 1u)) {
         mantissa += 1u;
     }
     // A carry into bit 24 makes the mantissa zero and the exponent one more, as the addition below does by itself.
@@ -168,7 +168,8 @@ fn nearness(t: u32, sample: vec2<i32>) -> u32 {
     let q = sum(triangles[t].c, along);
     let negative = i32(q.y) < 0;
     let bits = float_bits(select(q, negated(q), negative), triangles[t].exponent);
-    let ordered = select(bits | 0x80000000u, ~bits, negative);
+    // As whole numbers: floats with a sign run the other way and come first.
+    let ordered = select(bits | 0x80000000u, ~(bits | 0x80000000u), negative);
     let kept = clamp(ordered, triangles[t].low, triangles[t].high);
     return select(~kept, kept, frame.perspective == 1u);
 }

@@ -1,10 +1,12 @@
-//! How the values that flow on edges are stored: `Artifact` for scenes, cells, fields, meshes and bounds.
+//! How the values that flow on edges are stored: `Artifact` for scenes, cells, fields, meshes, bounds and sprites.
 
 mod bound;
 mod charted_mesh;
 mod scene;
 mod slices;
+mod sprite;
 mod view_cell;
 mod voxel_mesh;
 
 pub use bound::Bound;
+pub use sprite::{Choice, Sprite};

@@ -51,7 +51,8 @@ fn one_way(seen: &Seen, b: &Surfaces, rule: &Rule) -> i32 {
         }
         let squared = |(dx, dy): &(i32, i32)| dx * dx + dy * dy;
         let of_depth = offsets[most..].iter().find(|o| as_near(o)).map_or(cap, squared);
-        farthest = nearby.nearest(p, of_depth, goes_on).unwrap_or(of_depth);
+        // A detour may lead nearer than the search above could go.
+        farthest = farthest.max(nearby.nearest(p, of_depth, goes_on).unwrap_or(of_depth));
         if farthest == cap {
             break;
         }
@@ -69,4 +70,76 @@ fn offsets() -> Vec<(i32, i32)> {
         .collect();
     all.sort_by_key(|(dx, dy)| (dx * dx + dy * dy, *dy, *dx));
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        certify::{
+            edges::{BELOW, RIGHT},
+            parallax::{Angle, Parallax},
+        },
+        math::View,
+        voxel::Cell,
+    };
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    const N: usize = 14;
+
+    /// The definition, pixel by pixel: the nearest pixel at which `b` is as near, or, over pixels of the same surface that are no
+    /// farther away than that, at which it is right.
+    fn literal(seen: &Seen, b: &Surfaces, rule: &Rule) -> i32 {
+        let a = &seen.surfaces;
+        let behind = |q: usize, z: f32| rule.parallax.deeper(q, z, b.depth[q], rule.bound);
+        let squared = |p: usize, q: usize| {
+            let d = |f: fn(usize) -> usize| f(p) as i32 - f(q) as i32;
+            d(|i| i % N).pow(2) + d(|i| i / N).pow(2)
+        };
+        let mut most = 0;
+        for p in (0..N * N).filter(|p| behind(*p, a.depth[*p])) {
+            let cap = DEVIATION_CAP_PX * DEVIATION_CAP_PX;
+            let of_depth = (0..N * N).filter(|q| !behind(*q, a.depth[p])).map(|q| squared(p, q)).min().unwrap_or(cap);
+            let mut reached = vec![p];
+            let mut at = 0;
+            while let Some(&i) = reached.get(at) {
+                at += 1;
+                let steps = [
+                    (i % N > 0, i.wrapping_sub(1), i.wrapping_sub(1), RIGHT),
+                    (i % N + 1 < N, i + 1, i, RIGHT),
+                    (i >= N, i.wrapping_sub(N), i.wrapping_sub(N), BELOW),
+                    (i + N < N * N, i + N, i, BELOW),
+                ];
+                for (there, n, first, side) in steps {
+                    let open = there && seen.edges[first] & side == 0 && squared(p, n) <= of_depth;
+                    if open && !reached.contains(&n) {
+                        reached.push(n);
+                    }
+                }
+            }
+            let right = reached.into_iter().filter(|q| !behind(*q, a.depth[*q])).map(|q| squared(p, q)).min();
+            most = most.max(right.unwrap_or(of_depth));
+        }
+        most
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(400))]
+
+        #[test]
+        fn the_search_is_the_literal_one(
+            a in prop::collection::vec(prop_oneof![2 => Just(2.0f32), 2 => Just(4.0), 1 => Just(f32::INFINITY)], N * N),
+            b in prop::collection::vec(prop_oneof![1 => Just(2.0f32), 4 => Just(4.0), 4 => Just(f32::INFINITY)], N * N),
+            edges in prop::collection::vec(prop_oneof![3 => Just(0u8), 1 => Just(RIGHT), 1 => Just(BELOW), 1 => Just(RIGHT | BELOW)], N * N),
+        ) {
+            let cell = Cell { centre: DVec3::ZERO, half: DVec3::ONE };
+            let view = View::look_at(DVec3::ZERO, -DVec3::Z, DVec3::Y, 0.8, N as u32, N as u32, 0.1, 1000.0);
+            let rule = Rule { parallax: Parallax::new(&view, &cell), bound: Angle::new(0.1), band_px: 2 };
+            let triangle = vec![0; N * N];
+            let surfaces = |depth| Surfaces { width: N, depth, triangle: &triangle };
+            let seen = Seen { surfaces: surfaces(&a), edges: &edges };
+            prop_assert_eq!(one_way(&seen, &surfaces(&b), &rule), literal(&seen, &surfaces(&b), &rule));
+        }
+    }
 }

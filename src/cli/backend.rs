@@ -32,7 +32,7 @@ enum Which {
 }
 
 /// The back end that was chosen.
-pub struct Chosen(Arc<dyn Backend>, #[cfg(feature = "gpu")] Arc<gpu::Lazy>);
+pub struct Chosen(Arc<dyn Backend>, #[cfg(feature = "gpu")] Option<Arc<gpu::Lazy>>);
 
 impl Chosen {
     pub fn raster(&self) -> &dyn Backend {
@@ -47,34 +47,40 @@ impl Chosen {
     /// Says where the CPU took over.
     pub fn warn(&self) {
         #[cfg(feature = "gpu")]
-        self.1.warnings().iter().for_each(|text| eprintln!("warning: {text}"));
+        self.1.iter().flat_map(|gpu| gpu.warnings()).for_each(|text| eprintln!("warning: {text}"));
     }
 }
 
 impl BackendArgs {
-    #[cfg(feature = "gpu")]
     pub fn open(&self) -> Result<Chosen, Exit> {
+        if self.adapter.is_some() && self.backend == Which::Cpu {
+            return Err(Exit::say(2, "--adapter names a GPU, but --backend is cpu"));
+        }
+        self.chosen()
+    }
+
+    #[cfg(feature = "gpu")]
+    fn chosen(&self) -> Result<Chosen, Exit> {
         use crate::gpu::{Gpu, GpuError, Wanted};
         let wanted = match (&self.adapter, self.backend) {
-            (Some(_), Which::Cpu) => return Err(Exit::say(2, "--adapter names a GPU, but --backend is cpu")),
             (Some(name), _) => Wanted::Named(name),
             (None, Which::Gpu) => Wanted::Any,
             (None, Which::Auto) => {
                 let lazy = Arc::new(gpu::Lazy::new(self.gpu_memory));
-                return Ok(Chosen(lazy.clone(), lazy));
+                return Ok(Chosen(lazy.clone(), Some(lazy)));
             }
-            (None, Which::Cpu) => return Ok(Chosen(Arc::new(Cpu), Arc::new(gpu::Lazy::without()))),
+            (None, Which::Cpu) => return Ok(Chosen(Arc::new(Cpu), None)),
         };
         let gpu = Gpu::open(wanted, self.gpu_memory).map_err(|e| match e {
             GpuError::NoAdapter(_) => Exit::say(2, e),
             e => Exit::say(1, e),
         })?;
         let lazy = Arc::new(gpu::Lazy::with(gpu));
-        Ok(Chosen(lazy.clone(), lazy))
+        Ok(Chosen(lazy.clone(), Some(lazy)))
     }
 
     #[cfg(not(feature = "gpu"))]
-    pub fn open(&self) -> Result<Chosen, Exit> {
+    fn chosen(&self) -> Result<Chosen, Exit> {
         if self.adapter.is_some() || self.backend == Which::Gpu {
             return Err(Exit::say(2, "this program was built without the feature `gpu`"));
         }
@@ -104,10 +110,6 @@ mod gpu {
 
         pub fn with(gpu: Gpu) -> Self {
             Self { memory: 0, gpu: OnceLock::from(Ok(gpu)) }
-        }
-
-        pub fn without() -> Self {
-            Self { memory: 0, gpu: OnceLock::from(Err(GpuError::NoAdapter(String::new()))) }
         }
 
         fn get(&self) -> &dyn Backend {

@@ -75,8 +75,9 @@ pub fn run(args: &Args, registry: &Registry) -> Done {
     };
     let style = args.events.unwrap_or_else(Style::of_terminal);
     let stop = interrupt::stop()?;
-    let report = bake::bake(&plan, &options, &stop, &*events::receiver(style))?;
+    let report = bake::bake(&plan, &options, &stop, &*events::receiver(style));
     backend.warn();
+    let report = report?;
     if args.dry_run {
         print(&forecast(&report))?;
     } else if !matches!(style, Style::Json) {

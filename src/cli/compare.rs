@@ -112,8 +112,9 @@ pub fn run(args: &Args) -> Done {
     let backend = args.backend.open()?;
     let comparison =
         certify::compare(&original, &stand_in, ceiling.as_ref(), &args.cell, &options, backend.raster(), &stop)
-            .map_err(|e| Exit::say(exit_code(&e), e))?;
+            .map_err(|e| Exit::say(exit_code(&e), e));
     backend.warn();
+    let comparison = comparison?;
     match &args.out {
         Some(folder) => write(folder, &comparison).map_err(|e| Exit::say(1, e)),
         None => print(&comparison.certificate.to_json()),

@@ -2,6 +2,7 @@
 
 use crate::math::{Stop, Stopped};
 use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
     sync::{
         Arc, Mutex, PoisonError,
         atomic::{AtomicU64, Ordering},
@@ -95,7 +96,14 @@ fn found() -> Vec<Adapter> {
     });
     let mut all = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
     let shaders = wgpu::DownlevelFlags::COMPUTE_SHADERS;
-    all.retain(|a| a.get_downlevel_capabilities().flags.contains(shaders));
+    // Five storage buffers, and work groups of 64 threads in one dimension.
+    let suits = |l: wgpu::Limits| {
+        l.max_storage_buffers_per_shader_stage >= 5
+            && l.max_compute_invocations_per_workgroup >= 64
+            && l.max_compute_workgroup_size_x >= 64
+            && l.max_compute_workgroups_per_dimension >= 65535
+    };
+    all.retain(|a| a.get_downlevel_capabilities().flags.contains(shaders) && suits(a.limits()));
     all.sort_by_key(|a| match a.get_info().device_type {
         DeviceType::DiscreteGpu => 0,
         DeviceType::IntegratedGpu => 1,
@@ -152,6 +160,8 @@ impl Device {
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("farfield"),
             required_limits: adapter.limits(),
+            // Blocks as small as can be: the limit is meant for all that is taken.
+            memory_hints: wgpu::MemoryHints::MemoryUsage,
             ..wgpu::DeviceDescriptor::default()
         };
         let failed =
@@ -178,6 +188,11 @@ impl Device {
     /// Largest buffer that can be made, bytes.
     pub(super) fn largest_buffer(&self) -> u64 {
         largest(&self.device.limits()).min(self.memory)
+    }
+
+    /// Keeps what went wrong first.
+    fn note(&self, text: String) {
+        self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(text);
     }
 
     /// An error if anything has gone wrong since the device was opened.
@@ -255,10 +270,16 @@ impl Device {
         stop.check()?;
         self.check()?;
         let timeout = Some(Duration::from_millis(50));
-        let done = match self.device.poll(PollType::Wait { submission_index: None, timeout }) {
-            Ok(_) => true,
-            Err(wgpu::PollError::Timeout) => false,
-            Err(e) => return Err(GpuError::Failed(e.to_string())),
+        // The library panics where a device is lost while it is waited for.
+        let poll = || self.device.poll(PollType::Wait { submission_index: None, timeout });
+        let done = match catch_unwind(AssertUnwindSafe(poll)) {
+            Ok(Ok(_)) => true,
+            Ok(Err(wgpu::PollError::Timeout)) => false,
+            Ok(Err(e)) => return Err(GpuError::Failed(e.to_string())),
+            Err(_) => {
+                self.note("the device was lost while it was waited for".into());
+                false
+            }
         };
         self.check()?;
         Ok(done)

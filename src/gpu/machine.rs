@@ -29,8 +29,9 @@ pub const FRAGMENTS: &str =
 const GROUPS: u32 = 65535;
 /// Threads of a work group.
 const THREADS: u32 = 64;
-/// Most items handed over at once.
-const ITEMS: u64 = 1 << 20;
+/// Most items handed over at once. One of `large` may stand for 4,096 samples: drivers end what takes seconds.
+const SMALL: u64 = 1 << 20;
+const LARGE: u64 = 1 << 15;
 
 impl Machine {
     pub fn new(device: Device) -> Result<Self, GpuError> {
@@ -77,8 +78,8 @@ impl Machine {
 
     /// The numbers of the triangles that cover each pixel, in any order; a pixel's begin at `starts`, and there are `total`.
     pub fn list(&self, work: &Work, starts: &[u32], total: usize, stop: &Stop) -> Result<Vec<u32>, GpuError> {
-        let [cursor, list, unused] = [work.pixels, total, 4].map(|n| self.device.zeros(n as u64 * 4));
-        self.device.queue.write_buffer(&cursor.buffer, 0, bytemuck::cast_slice(starts));
+        let cursor = self.device.upload(starts, wgpu::BufferUsages::STORAGE);
+        let [list, unused] = [total, 4].map(|n| self.device.zeros(n as u64 * 4));
         self.round(work, 1, &self.fragments, [&cursor, &list, &unused], stop)?;
         self.device.read(&list, total, stop)
     }
@@ -93,12 +94,12 @@ impl Machine {
         stop: &Stop,
     ) -> Result<(), GpuError> {
         // Items and the copies that they are uploaded from take an eighth of the memory.
-        let most = (self.device.memory / 16 / size_of::<Item>() as u64).clamp(1, ITEMS) as usize;
-        for batch in &work.batches {
+        let most = |items| (self.device.memory / 16 / size_of::<Item>() as u64).clamp(1, items) as usize;
+        for batch in work.batches.iter().filter(|b| !(b.small.is_empty() && b.large.is_empty())) {
             let triangles = self.device.upload(&batch.triangles, wgpu::BufferUsages::STORAGE);
-            let lists = [(&batch.small, &pipelines.small, THREADS), (&batch.large, &pipelines.large, 1)];
-            for (items, pipeline, each) in lists {
-                for items in items.chunks(most) {
+            let lists = [(&batch.small, &pipelines.small, THREADS, SMALL), (&batch.large, &pipelines.large, 1, LARGE)];
+            for (items, pipeline, each, limit) in lists {
+                for items in items.chunks(most(limit)) {
                     let frame = Frame { base: batch.base, round, items: items.len() as u32, ..work.frame };
                     self.dispatch(frame, items, &triangles, targets, pipeline, each, stop)?;
                 }

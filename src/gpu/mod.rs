@@ -6,7 +6,7 @@
 //! pixels where several triangles are equally near up to rounding, the CPU decides and merges. So both back ends give the same,
 //! bit for bit, and which of them made a result need not be known.
 //!
-//! Memory is known before it is taken: a view is worked through in bands of tile rows and its triangles in batches, so that all
+//! The memory of buffers is known before it is taken (a driver may round it up): a view is worked through in bands of tile rows and its triangles in batches, so that all
 //! buffers together stay below the given limit. Where they cannot, or the device fails, the CPU takes over.
 
 mod device;

@@ -10,10 +10,13 @@ use crate::{
     raster::{Backend, Cpu, Fragment, NOTHING, Prepared, Samples, ScreenTriangle, TileFragments},
 };
 use rayon::prelude::*;
-use std::sync::{
-    Arc, Mutex, PoisonError,
-    atomic::{AtomicBool, AtomicU64, Ordering},
-    mpsc,
+use std::{
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+        mpsc,
+    },
+    thread::JoinHandle,
 };
 
 type Job = Box<dyn FnOnce(&Machine) + Send>;
@@ -23,7 +26,9 @@ type Job = Box<dyn FnOnce(&Machine) + Send>;
 pub struct Gpu {
     pub info: AdapterInfo,
     room: Room,
-    jobs: mpsc::Sender<Job>,
+    /// `None` once it is to end.
+    jobs: Option<mpsc::Sender<Job>>,
+    thread: Option<JoinHandle<()>>,
     /// It failed and is not asked again.
     gone: AtomicBool,
     undecided: AtomicU64,
@@ -47,14 +52,19 @@ impl Gpu {
             };
             drop(ready.send(Ok(())));
             queue.into_iter().for_each(|job| job(&machine));
+            if machine.device.check().is_err() {
+                // The library panics where it takes down a device that is lost.
+                std::mem::forget(machine);
+            }
         };
         let failed = |e: std::io::Error| GpuError::Failed(format!("its thread cannot be started: {e}"));
-        std::thread::Builder::new().name("gpu".into()).spawn(run).map_err(failed)?;
+        let thread = std::thread::Builder::new().name("gpu".into()).spawn(run).map_err(failed)?;
         opened.recv().unwrap_or_else(|_| Err(ended()))?;
         Ok(Self {
             info,
             room,
-            jobs,
+            jobs: Some(jobs),
+            thread: Some(thread),
             gone: AtomicBool::new(false),
             undecided: AtomicU64::new(0),
             taken,
@@ -78,12 +88,13 @@ impl Gpu {
     }
 
     /// Runs `f` on the device's thread.
-    fn call<R: Send + 'static>(
+    pub(super) fn call<R: Send + 'static>(
         &self,
         f: impl FnOnce(&Machine) -> Result<R, GpuError> + Send + 'static,
     ) -> Result<R, GpuError> {
         let (answer, answered) = mpsc::channel();
-        self.jobs.send(Box::new(move |machine| drop(answer.send(f(machine))))).map_err(|_| ended())?;
+        let jobs = self.jobs.as_ref().ok_or_else(ended)?;
+        jobs.send(Box::new(move |machine| drop(answer.send(f(machine))))).map_err(|_| ended())?;
         answered.recv().unwrap_or_else(|_| Err(ended()))
     }
 
@@ -108,30 +119,30 @@ impl Gpu {
                 for i in 0..t.pixels() {
                     let (x, y) = t.pixel(i);
                     let at = (y - band.rows.start) as usize * width + x as usize;
-                    let (least, greatest) = (!least[at], greatest[at]);
-                    if greatest == 0 {
-                        continue;
-                    }
-                    if least + 1 != greatest && table.get(least).triangle != table.get(greatest - 1).triangle {
+                    let Some(last) = greatest[at].checked_sub(1) else { continue };
+                    let (first, last) = (!least[at], last);
+                    let seen = table.get(first)?;
+                    if first != last && seen.triangle != table.get(last)?.triangle {
                         // Several are as near as whole numbers can tell: the exact depths decide.
                         self.undecided.fetch_add(1, Ordering::Relaxed);
                         samples.fill(prepared, index);
                         tile(index, &samples.depth, &samples.triangle);
                         return Ok(());
                     }
-                    let s = table.get(least);
-                    samples.depth[i] = s.depth_at(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                    samples.triangle[i] = s.triangle;
+                    samples.depth[i] = seen.depth_at(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                    samples.triangle[i] = seen.triangle;
                 }
-                prepared.fragments_of(index, left_to_the_cpu(prepared), |x, y, f| {
-                    let i = t.at(x, y);
-                    let (z, number) = (&mut samples.depth[i], &mut samples.triangle[i]);
-                    if *number == NOTHING || f.depth < *z || (f.depth == *z && f.triangle < *number) {
-                        (*z, *number) = (f.depth, f.triangle);
-                    }
-                });
+                if table.some_left {
+                    prepared.fragments_of(index, left_to_the_cpu(prepared), |x, y, f| {
+                        let i = t.at(x, y);
+                        let (z, number) = (&mut samples.depth[i], &mut samples.triangle[i]);
+                        if f.depth < *z || (f.depth == *z && *number != NOTHING && f.triangle < *number) {
+                            (*z, *number) = (f.depth, f.triangle);
+                        }
+                    });
+                }
                 tile(index, &samples.depth, &samples.triangle);
-                Ok::<(), Stopped>(())
+                Ok::<(), GpuError>(())
             })?;
         }
         Ok(())
@@ -153,7 +164,7 @@ impl Gpu {
             let (same, inner) = (work.clone(), stop.clone());
             let counts = self.call(move |machine| machine.count(&same, &inner))?;
             let total: u64 = counts.iter().map(|c| u64::from(*c)).sum();
-            if total * 4 > self.room.of(8) {
+            if total * 4 > self.room.of(8) || total > u64::from(u32::MAX) {
                 let Some([first, second]) = band.halves(prepared) else {
                     return Err(GpuError::TooSmall { need: total * 32, limit: self.room.memory });
                 };
@@ -166,9 +177,9 @@ impl Gpu {
             let found = Found { band: &band, counts: &counts, starts: &starts, list: &list, table: &table };
             band.tiles.clone().into_par_iter().try_for_each_init(TileFragments::default, |buffer, index| {
                 stop.check()?;
-                found.collect(prepared, index, buffer);
+                found.collect(prepared, index, buffer)?;
                 tile(index, buffer);
-                Ok::<(), Stopped>(())
+                Ok::<(), GpuError>(())
             })?;
         }
         Ok(())
@@ -178,23 +189,39 @@ impl Gpu {
     fn take_over(&self, error: GpuError) -> Result<(), Stopped> {
         let text = match error {
             GpuError::Stopped(stopped) => return Err(stopped),
-            GpuError::TooSmall { .. } => format!("{}: {error}; the CPU does it", self.info.name),
+            GpuError::TooSmall { .. } => format!("{}: {error}; the CPU does such views", self.info.name),
             _ => {
                 self.gone.store(true, Ordering::Relaxed);
                 format!("{}: {error}; the CPU goes on from here", self.info.name)
             }
         };
         let mut warnings = self.warnings.lock().unwrap_or_else(PoisonError::into_inner);
-        if !warnings.contains(&text) {
+        let kind = |text: &str| text.rsplit("; ").next().map(str::to_owned);
+        if !warnings.iter().any(|w| kind(w) == kind(&text)) {
             warnings.push(text);
         }
         Ok(())
     }
 }
 
+impl Drop for Gpu {
+    /// Waits for the thread: a device should not be taken down while the process ends.
+    fn drop(&mut self) {
+        self.jobs = None;
+        if let Some(thread) = self.thread.take() {
+            // A panic of that thread has been told already.
+            drop(thread.join());
+        }
+    }
+}
+
 #[cfg(test)]
 impl Gpu {
-    /// Loses the device, as a driver does that is reset.
+    pub fn room(&self) -> Room {
+        self.room
+    }
+
+    /// Takes the device away: whatever is asked of it from now on fails.
     pub fn lose(&self) {
         let destroy = |machine: &Machine| {
             machine.device.destroy();
@@ -264,7 +291,7 @@ struct Found<'a> {
 }
 
 impl Found<'_> {
-    fn collect(&self, prepared: &Prepared, index: u32, out: &mut TileFragments) {
+    fn collect(&self, prepared: &Prepared, index: u32, out: &mut TileFragments) -> Result<(), GpuError> {
         let tile = prepared.tile(index);
         let mut all: Vec<(u32, Fragment)> = Vec::new();
         for i in 0..tile.pixels() {
@@ -272,24 +299,17 @@ impl Found<'_> {
             let at = (y - self.band.rows.start) as usize * prepared.view.width as usize + x as usize;
             let from = self.starts[at] as usize;
             for number in &self.list[from..from + self.counts[at] as usize] {
-                let t = self.table.get(*number);
+                let t = self.table.get(*number)?;
                 let depth = t.depth_at(f64::from(x) + 0.5, f64::from(y) + 0.5);
                 all.push((i as u32, Fragment { triangle: t.triangle, depth }));
             }
         }
-        prepared.fragments_of(index, left_to_the_cpu(prepared), |x, y, f| all.push((tile.at(x, y) as u32, f)));
-        all.sort_unstable_by(|(i, a), (k, b)| {
-            i.cmp(k).then(a.depth.total_cmp(&b.depth)).then(a.triangle.cmp(&b.triangle))
-        });
-        out.offsets.clear();
-        out.offsets.resize(tile.pixels() + 1, 0);
-        for (i, _) in &all {
-            out.offsets[*i as usize + 1] += 1;
+        if self.table.some_left {
+            prepared.fragments_of(index, left_to_the_cpu(prepared), |x, y, f| all.push((tile.at(x, y) as u32, f)));
         }
-        for i in 0..tile.pixels() {
-            out.offsets[i + 1] += out.offsets[i];
-        }
-        out.fragments.clear();
-        out.fragments.extend(all.iter().map(|(_, f)| *f));
+        // As the CPU collects them: by ascending number.
+        all.sort_unstable_by_key(|(_, f)| f.triangle);
+        out.collect(tile.pixels(), all);
+        Ok(())
     }
 }

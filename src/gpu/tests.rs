@@ -111,14 +111,25 @@ fn around(scene: &Scene, distance: f64, side: u32) -> Vec<View> {
 #[test]
 fn parity_on_the_built_in_scenes() {
     let Some(gpu) = gpu() else { return };
+    let before = gpu.undecided();
+    let mut tiles = 0;
     for name in ["car", "solids", "city"] {
         let scene = builtin::make(name, 1).unwrap();
         // From outside, and from among the objects, where triangles cross the near plane.
         for distance in [2.5, 0.3] {
             let seen: usize = around(&scene, distance, 200).iter().map(|view| same(&scene, view, gpu)).sum();
             assert!(seen > 1000, "{name} {distance}");
+            tiles += 4 * 12;
+            for view in around(&scene, distance, 200) {
+                let geometry = Geometry::new(&scene);
+                let prepared = Prepared::new(&geometry, &view, &Options::default(), &Stop::default()).unwrap();
+                let known = prepared.triangles().filter(|t| work::Triangle::new(t, &prepared).is_some()).count();
+                assert!(known * 10 >= prepared.triangles().count() * 9, "shaders decide on nearly all triangles");
+            }
         }
     }
+    let undecided = gpu.undecided() - before;
+    assert!(undecided * 3 < tiles, "shaders decide on most tiles: {undecided} of {tiles} are left");
 }
 
 proptest! {
@@ -165,6 +176,38 @@ fn parity_of_faces_in_one_plane() {
             .collect(),
     };
     assert!(same(&scene, &ahead(2.0, 150, 130), gpu) > 2000);
+}
+
+#[test]
+fn parity_of_what_lies_behind_an_orthographic_eye() {
+    let Some(gpu) = gpu() else { return };
+    // Two tilted squares that cross, and one at depth 0 exactly.
+    let objects = [0.6f32, -0.5, 0.0].map(|turn| {
+        let mut o = object(&format!("{turn}"), square(), Material::default());
+        let away = if turn == 0.0 { 0.0 } else { 2.5 };
+        o.transform = Mat4::from_translation(Vec3::new(0.0, 0.0, away)) * Mat4::from_rotation_y(turn);
+        o
+    });
+    let scene = Scene { objects: objects.into() };
+    let projection = Projection::Orthographic { left: -1.2, right: 1.2, bottom: -1.0, top: 1.0 };
+    // Depths of the tilted ones: −3.4 to −1.6.
+    let view = View { eye: DVec3::ZERO, near: -9.0, far: 9.0, projection, ..ahead(1.0, 170, 150) };
+    assert!(same(&scene, &view, gpu) > 10_000);
+}
+
+#[test]
+fn parity_at_the_horizon() {
+    let Some(gpu) = gpu() else { return };
+    // Ground that ends far away: between its last sample and its end its plane passes the horizon.
+    let e = 4e6f32;
+    let ground = mesh(&[[-e, -1.0, 5.0], [e, -1.0, 5.0], [e, -1.0, -e], [-e, -1.0, -e]], &[[0, 1, 2], [0, 2, 3]]);
+    let mut wall = object("wall", square(), Material::default());
+    wall.transform = Mat4::from_translation(Vec3::new(0.0, 0.0, -40.0)) * Mat4::from_scale(Vec3::splat(3.0));
+    for near in [0.1, 1e-3] {
+        let scene = Scene { objects: vec![object("ground", ground.clone(), Material::default()), wall.clone()] };
+        let view = View { eye: DVec3::ZERO, near, far: 1e9, ..ahead(1.0, 150, 151) };
+        assert!(same(&scene, &view, gpu) > 10_000);
+    }
 }
 
 #[test]
@@ -251,7 +294,7 @@ fn parity_within_little_memory() {
     let geometry = Geometry::new(&scene);
     let prepared = Prepared::new(&geometry, &view, &Options::default(), &Stop::default()).unwrap();
     assert!(everything(&tiny, &prepared) == everything(&Cpu, &prepared));
-    assert!(tiny.warnings()[0].contains("the CPU does it"), "{:?}", tiny.warnings());
+    assert!(tiny.warnings()[0].contains("the CPU does such views"), "{:?}", tiny.warnings());
 }
 
 #[test]
@@ -277,6 +320,12 @@ fn a_stop_is_heeded() {
     let prepared = Prepared::new(&geometry, &view, &Options::default(), &Stop::default()).unwrap();
     let stop = Stop::default();
     stop.set();
+    // By the device's thread, which has all it needs.
+    let [band] = &work::bands(&prepared, &gpu.room(), 20).unwrap()[..] else { panic!() };
+    let inside = work::Work::new(&prepared, band, &gpu.room()).unwrap();
+    let set = stop.clone();
+    let done = gpu.call(move |machine| machine.count(&inside, &set));
+    assert!(matches!(done, Err(GpuError::Stopped(_))));
     assert!(nearest_in_tiles(gpu, &prepared, &stop, |_, _, _| ()).is_err());
     assert!(fragments_in_tiles(gpu, &prepared, &stop, |_, _| ()).is_err());
     assert!(gpu.warnings().is_empty());

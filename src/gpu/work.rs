@@ -64,17 +64,20 @@ impl Triangle {
         let [x0, y0, x1, y1] = t.samples();
         let (x0, y0) = (x0.max(0), y0.max(0));
         let (x1, y1) = (x1.min(grid.width as i32 - 1), y1.min(grid.height as i32 - 1));
-        let [a, b, far] = t.plane();
-        let c = a * (f64::from(x0) + 0.5) + (b * (f64::from(y0) + 0.5) + far);
+        let [a, b, at_corner] = t.plane();
+        let c = a * (f64::from(x0) + 0.5) + (b * (f64::from(y0) + 0.5) + at_corner);
         // More than the function changes over all samples from its first value, and from its value at the view's corner.
         let over = |w: u32, h: u32, c: f64| a.abs() * f64::from(w) + b.abs() * f64::from(h) + c.abs();
         let most = over((x1 - x0) as u32 + 1, (y1 - y0) as u32 + 1, c);
-        let most_from_corner = over(grid.width, grid.height, far);
+        let most_from_corner = over(grid.width, grid.height, at_corner);
         let least = if perspective { 1.0 / f64::from(t.depth[1]) } else { smallest(t.depth) };
-        // Whole numbers differ from the function by less than 2^-44 of `most`, what the CPU computes by less than 2^-50 of
-        // `most_from_corner`. Where either is more than a quarter of a float's last place anywhere on the triangle, the CPU decides.
+        // Whole numbers differ from the function by less than 2^-44 of `most`, what is computed in floats of 64 bits, `c` too, by less
+        // than 2^-50 of `most_from_corner`. Where either is more than a quarter of a float's last place anywhere on the triangle, the CPU decides.
         let exact = most < least * (1u64 << 18) as f64 && most_from_corner < least * (1u64 << 24) as f64;
-        if t.masked() || !(most > 1e-100 && most < 1e100 && exact) {
+        let ends = if perspective { [t.depth[1], t.depth[0]].map(|z| 1.0 / z) } else { t.depth };
+        // Shaders know no floats below the normal ones.
+        let normal = ends.iter().chain(&t.depth).all(|z| z.is_normal());
+        if t.masked() || !(most > 1e-100 && most < 1e100 && exact && normal) {
             return None;
         }
         let exponent = 60 - libm::ilogb(most);
@@ -82,7 +85,6 @@ impl Triangle {
             let v = libm::rint(libm::ldexp(v, exponent)) as i64;
             [v as u32, (v >> 32) as u32]
         };
-        let ends = if perspective { [t.depth[1], t.depth[0]].map(|z| 1.0 / z) } else { t.depth };
         let [low, high] = ends.map(ordered);
         let [a, b, c] = [a, b, c].map(whole);
         Some(Self { corners: t.corners, first: [x0, y0], a, b, c, low, high, exponent, padding: 0 })
@@ -234,20 +236,31 @@ pub struct Table<'a> {
     prepared: &'a Prepared<'a>,
     /// Number of each chunk's first triangle.
     first: Vec<u32>,
+    count: u32,
+    /// Shaders cannot decide on some of them.
+    pub some_left: bool,
 }
 
 impl<'a> Table<'a> {
     pub fn new(prepared: &'a Prepared<'a>) -> Self {
-        let first = prepared.chunks().iter().scan(0, |sum, c| {
-            let first = *sum;
-            *sum += c.triangles.len() as u32;
-            Some(first)
+        let chunks = prepared.chunks();
+        let mut count = 0;
+        let first = chunks.iter().map(|c| {
+            count += c.triangles.len() as u32;
+            count - c.triangles.len() as u32
         });
-        Self { prepared, first: first.collect() }
+        let first = first.collect();
+        let some_left = chunks.par_iter().any(|c| c.triangles.iter().any(|t| Triangle::new(t, prepared).is_none()));
+        Self { prepared, first, count, some_left }
     }
 
-    pub fn get(&self, number: u32) -> &'a ScreenTriangle {
+    /// An error where a device gives a number that no triangle has.
+    pub fn get(&self, number: u32) -> Result<&'a ScreenTriangle, GpuError> {
+        if number >= self.count {
+            let text = format!("it names triangle {number} of {}", self.count);
+            return Err(GpuError::Failed(text));
+        }
         let chunk = self.first.partition_point(|f| *f <= number) - 1;
-        &self.prepared.chunks()[chunk].triangles[(number - self.first[chunk]) as usize]
+        Ok(&self.prepared.chunks()[chunk].triangles[(number - self.first[chunk]) as usize])
     }
 }

@@ -117,36 +117,39 @@ impl Prepared<'_> {
     /// Fills `out` with the fragments of a tile.
     pub fn collect(&self, index: u32, out: &mut TileFragments) {
         let tile = self.tile(index);
-        let pixels = tile.pixels();
-        out.offsets.clear();
-        out.offsets.resize(pixels + 1, 0);
-        out.unsorted.clear();
-        let TileFragments { offsets, unsorted, .. } = out;
-        self.fragments_of(
-            index,
-            |_| true,
-            |x, y, fragment| {
-                let i = tile.at(x, y);
-                offsets[i + 1] += 1;
-                unsorted.push((i as u32, fragment));
-            },
-        );
+        let mut unsorted = std::mem::take(&mut out.unsorted);
+        unsorted.clear();
+        let all = |_: &ScreenTriangle| true;
+        self.fragments_of(index, all, |x, y, fragment| unsorted.push((tile.at(x, y) as u32, fragment)));
+        out.collect(tile.pixels(), unsorted);
+    }
+}
+
+impl TileFragments {
+    /// From (pixel, fragment), those of a pixel by ascending number of the triangle.
+    pub(crate) fn collect(&mut self, pixels: usize, unsorted: Vec<(u32, Fragment)>) {
+        self.offsets.clear();
+        self.offsets.resize(pixels + 1, 0);
+        for (i, _) in &unsorted {
+            self.offsets[*i as usize + 1] += 1;
+        }
         for i in 0..pixels {
-            out.offsets[i + 1] += out.offsets[i];
+            self.offsets[i + 1] += self.offsets[i];
         }
         // By pixel; within a pixel triangles keep their ascending order, so a stable sort by depth is enough.
-        out.next.clear();
-        out.next.extend_from_slice(&out.offsets[..pixels]);
-        out.fragments.clear();
-        out.fragments.resize(out.unsorted.len(), Fragment { triangle: 0, depth: 0.0 });
-        for (i, f) in &out.unsorted {
-            let at = &mut out.next[*i as usize];
-            out.fragments[*at as usize] = *f;
+        self.next.clear();
+        self.next.extend_from_slice(&self.offsets[..pixels]);
+        self.fragments.clear();
+        self.fragments.resize(unsorted.len(), Fragment { triangle: 0, depth: 0.0 });
+        for (i, f) in &unsorted {
+            let at = &mut self.next[*i as usize];
+            self.fragments[*at as usize] = *f;
             *at += 1;
         }
         for i in 0..pixels {
-            sort_by_depth(&mut out.fragments[out.offsets[i] as usize..out.offsets[i + 1] as usize]);
+            sort_by_depth(&mut self.fragments[self.offsets[i] as usize..self.offsets[i + 1] as usize]);
         }
+        self.unsorted = unsorted;
     }
 }
 

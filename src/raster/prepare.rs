@@ -74,7 +74,13 @@ impl ScreenTriangle {
     fn depth_of(&self, q: f64) -> f32 {
         let z = if self.flags & PERSPECTIVE != 0 { 1.0 / q } else { q } as f32;
         // Written so that a NaN becomes the least depth, and a plane that leaves the half-space in front the greatest.
-        if z < 0.0 && self.flags & PERSPECTIVE != 0 { self.depth[1] } else { z.max(self.depth[0]).min(self.depth[1]) }
+        let z = if z < 0.0 && self.flags & PERSPECTIVE != 0 {
+            self.depth[1]
+        } else {
+            z.max(self.depth[0]).min(self.depth[1])
+        };
+        // There is one zero.
+        z + 0.0
     }
 
     /// Coefficients of the function a·px + b·py + c that equals 1/depth in a perspective view and depth in an

@@ -43,8 +43,7 @@ impl LayeredDepthImage {
     /// From the depths of every texel of a whole image, row by row.
     ///
     /// # Panics
-    /// Where `rays` are not as many as the texels, there are 2³² depths or more, or a texel's are not ascending, even in number
-    /// and in [0, 1).
+    /// Where [`LayeredDepthImage::from_parts`] would refuse them.
     pub fn new(size: [u32; 2], rays: impl IntoIterator<Item = impl AsRef<[f32]>>) -> Self {
         Self::from_region(size, Region { x: 0, y: 0, width: size[0], height: size[1] }, rays)
     }
@@ -57,14 +56,36 @@ impl LayeredDepthImage {
     ) -> Self {
         let (mut starts, mut depths) = (vec![0], Vec::new());
         for ray in rays {
-            let ray = ray.as_ref();
-            assert!(ray.len().is_multiple_of(2) && ray.is_sorted(), "the depths of a ray are sorted pairs");
-            assert!(ray.iter().all(|d| (0.0..1.0).contains(d)), "depths lie in [0, 1)");
-            depths.extend_from_slice(ray);
+            depths.extend_from_slice(ray.as_ref());
             starts.push(u32::try_from(depths.len()).expect("an image has less than 2^32 depths"));
         }
-        assert_eq!(starts.len(), region.texels() + 1, "a ray for every texel");
-        Self { size, region, starts, depths }
+        Self::from_parts(size, region, starts, depths).unwrap_or_else(|what| panic!("{what}"))
+    }
+
+    /// From the texels of a region, row by row: those of texel i have the depths `depths[starts[i]..starts[i + 1]]`. Refuses a
+    /// region that leaves the image, starts that are not those of as many texels, and depths of a texel that are not ascending,
+    /// even in number and in [0, 1).
+    pub fn from_parts(size: [u32; 2], region: Region, starts: Vec<u32>, depths: Vec<f32>) -> Result<Self, String> {
+        let inside = |from: u32, length: u32, of: u32| from.checked_add(length).is_some_and(|end| end <= of);
+        if !inside(region.x, region.width, size[0]) || !inside(region.y, region.height, size[1]) {
+            return Err(format!("{region:?} leaves an image of {} × {}", size[0], size[1]));
+        }
+        let texels = u64::from(region.width) * u64::from(region.height);
+        if starts.len() as u64 != texels + 1 || starts[0] != 0 || starts[texels as usize] as usize != depths.len() {
+            return Err(format!("{} starts and {} depths for {texels} texels", starts.len(), depths.len()));
+        }
+        for (i, s) in starts.windows(2).enumerate() {
+            let ray = depths.get(s[0] as usize..s[1] as usize).unwrap_or(&[f32::NAN]);
+            if !(ray.len().is_multiple_of(2) && ray.is_sorted() && ray.iter().all(|d| (0.0..1.0).contains(d))) {
+                return Err(format!("texel {i}: {ray:?} are no ascending pairs in [0, 1)"));
+            }
+        }
+        Ok(Self { size, region, starts, depths })
+    }
+
+    /// See [`LayeredDepthImage::from_parts`].
+    pub fn starts(&self) -> &[u32] {
+        &self.starts
     }
 
     pub fn size(&self) -> [u32; 2] {

@@ -5,6 +5,8 @@
 //! the surface. They come in pairs, which are the ranges of the ray that lie inside. The image is *cropped* to the texels
 //! that hold any, and *packed* into the smallest of several layouts, each of which answers the *parity test* directly.
 
+mod direction;
+mod exact;
 mod layered;
 mod packed;
 mod peel;
@@ -13,7 +15,9 @@ mod solid;
 #[cfg(test)]
 mod tests;
 
+pub use direction::{Candidate, Direction, candidates, judge, spread};
+pub use exact::Exact;
 pub use layered::{LayeredDepthImage, Region};
-pub use packed::{Layout, Packed};
+pub use packed::{Layout, Packed, Section};
 pub use peel::{Frame, OddRay, PeelError, Peeled, Repair, peel};
 pub use solid::{Closedness, closedness};

@@ -28,6 +28,16 @@ impl Layout {
     pub const ALL: [Self; 4] = [Self::Raw, Self::Ranges, Self::Rows, Self::Runs];
 }
 
+/// A part of a packed image as it stands in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Section {
+    pub name: &'static str,
+    /// What it holds: `u16x2` are two numbers side by side.
+    pub element: &'static str,
+    pub count: usize,
+    pub bytes: Vec<u8>,
+}
+
 /// A packed image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packed {
@@ -49,7 +59,8 @@ enum Data {
 }
 
 /// Neighbouring texels of a row with equally many ranges.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::NoUninit)]
 struct Run {
     /// Column of the first.
     x: u16,
@@ -107,6 +118,27 @@ impl Packed {
         match &self.data {
             Data::Ranges { side, texels, .. } => Some((*side, texels)),
             _ => None,
+        }
+    }
+
+    /// What readers find in a file, in this order: the sections of the layout, little-endian.
+    pub fn sections(&self) -> Vec<Section> {
+        let section =
+            |name, element, count: usize, bytes: &[u8]| Section { name, element, count, bytes: bytes.to_vec() };
+        let ranges_of = |r: &[[f32; 2]]| section("ranges", "f32x2", r.len(), bytemuck::cast_slice(r));
+        match &self.data {
+            Data::Raw { depths, .. } => vec![section("depths", "f32", depths.len(), bytemuck::cast_slice(depths))],
+            Data::Ranges { texels, .. } => vec![section("texels", "u32x2", texels.len(), bytemuck::cast_slice(texels))],
+            Data::Rows { before, prefix, ranges } => vec![
+                section("before", "u32", before.len(), bytemuck::cast_slice(before)),
+                section("prefix", "u16", prefix.len(), bytemuck::cast_slice(prefix)),
+                ranges_of(ranges),
+            ],
+            Data::Runs { first, runs, ranges } => vec![
+                section("first", "u32", first.len(), bytemuck::cast_slice(first)),
+                section("runs", "u16x2 u32x2", runs.len(), bytemuck::cast_slice(runs)),
+                ranges_of(ranges),
+            ],
         }
     }
 

@@ -3,7 +3,7 @@
 //! The paper peels layer after layer with a second depth test. Here one pass gathers all surfaces of every ray: equal depths are
 //! kept, of which strict peeling would drop one and turn inside and outside round behind it.
 
-use super::{LayeredDepthImage, layered::INVALID};
+use super::{Direction, LayeredDepthImage, layered::INVALID};
 use crate::{
     math::{Projection, Stop, Stopped, View},
     raster::{Backend, Geometry, MAX_SIDE, Options, Prepared, TileFragments, fragments_in_tiles},
@@ -24,12 +24,8 @@ pub struct Frame {
 
 impl Frame {
     /// The smallest cube so turned around all triangles; `None` where there are none, or where they have no finite extent above 0.
-    /// Rays run along `forward`; `up` is replaced where it is parallel to it.
-    pub fn around(geometry: &Geometry, forward: DVec3, up: DVec3) -> Option<Self> {
-        let forward = forward.try_normalize()?;
-        let up = if forward.cross(up).length_squared() < 1e-12 { forward.any_orthonormal_vector() } else { up };
-        let right = forward.cross(up).normalize();
-        let up = right.cross(forward);
+    pub fn around(geometry: &Geometry, direction: &Direction) -> Option<Self> {
+        let [right, up, forward] = direction.axes();
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for t in 0..geometry.triangle_count() {
             for p in geometry.positions(t) {
@@ -54,7 +50,25 @@ impl Frame {
         self.side
     }
 
-    fn view(&self, resolution: u32) -> View {
+    /// Its axes right, up and forward, its centre and its side.
+    pub fn parts(&self) -> ([DVec3; 3], DVec3, f64) {
+        ([self.right, self.up, self.forward], self.centre, self.side)
+    }
+
+    /// See [`Frame::parts`]; `None` where the axes are not orthonormal or the side is not above 0.
+    pub fn from_parts([right, up, forward]: [DVec3; 3], centre: DVec3, side: f64) -> Option<Self> {
+        let unit = |v: DVec3| (v.length_squared() - 1.0).abs() < 1e-9;
+        let upright = right.cross(up).distance(-forward) < 1e-9 && unit(right) && unit(up);
+        (upright && centre.is_finite() && side > 0.0 && side.is_finite()).then_some(Self {
+            right,
+            up,
+            forward,
+            centre,
+            side,
+        })
+    }
+
+    pub(super) fn view(&self, resolution: u32) -> View {
         let half = self.side * 0.5;
         View {
             eye: self.centre - self.forward * half,
@@ -117,13 +131,12 @@ pub enum PeelError {
     Stopped(#[from] Stopped),
 }
 
-/// Peels the triangles of `geometry` along `forward` at `resolution`² texels. Where shapes overlap, inside is what an odd number of
+/// Peels the triangles of `geometry` along `direction` at `resolution`² texels. Where shapes overlap, inside is what an odd number of
 /// them holds.
 pub fn peel(
     backend: &dyn Backend,
     geometry: &Geometry,
-    forward: DVec3,
-    up: DVec3,
+    direction: &Direction,
     resolution: u32,
     repair: Repair,
     stop: &Stop,
@@ -131,7 +144,7 @@ pub fn peel(
     if !(1..=MAX_SIDE).contains(&resolution) {
         return Err(PeelError::Resolution(resolution));
     }
-    let frame = Frame::around(geometry, forward, up).ok_or(PeelError::Empty)?;
+    let frame = Frame::around(geometry, direction).ok_or(PeelError::Empty)?;
     let prepared = Prepared::new(geometry, &frame.view(resolution), &Options::default(), stop)?;
     let tiles = fragments_in_tiles(backend, &prepared, stop, |tile, fragments| {
         let mut odd = Vec::new();

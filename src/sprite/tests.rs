@@ -31,7 +31,8 @@ fn together(meshes: &[Mesh]) -> Scene {
 }
 
 fn run(scene: &Scene, forward: DVec3, resolution: u32, repair: Repair) -> Result<Peeled, PeelError> {
-    peel(&Cpu, &Geometry::new(scene), forward, DVec3::Y, resolution, repair, &Stop::default())
+    let direction = Direction::new(forward).unwrap();
+    peel(&Cpu, &Geometry::new(scene), &direction, resolution, repair, &Stop::default())
 }
 
 /// Whether a point lies inside by crossings of a ray with every triangle, in another direction than the peel's.

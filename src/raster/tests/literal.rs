@@ -34,7 +34,7 @@ fn literal(scene: &Scene, view: &View) -> Vec<Vec<Fragment>> {
                         Projection::Perspective { .. } => 1.0 / q,
                         Projection::Orthographic { .. } => q,
                     };
-                    pixel.push(Fragment { triangle, depth: (z as f32).max(least).min(most) });
+                    pixel.push(Fragment { triangle, depth: (z as f32).max(least).min(most) + 0.0 });
                 }
             }
         }

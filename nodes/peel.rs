@@ -1,0 +1,107 @@
+//! `peel`: all depths along one direction.
+
+use super::{select_direction::failure, values::Choice};
+use crate::{
+    engine::node::{Ctx, Node, NodeError},
+    ports,
+    raster::{Geometry, MAX_SIDE},
+    scene::Scene,
+    sprite::{self, Direction, Peeled},
+};
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Peels a solid: every ray through the unit cube around it keeps all depths at which it crosses the surface, equal ones too. A
+/// surface that is not closed gives rays that cross it an odd number of times; they are counted, named, and treated as
+/// `repair` says. Source: Trapp and Döllner 2008, section 3.1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Params {
+    /// Texels along a side of the image, 1 to 16384.
+    pub resolution: u32,
+    /// What happens to rays that cross the surface an odd number of times.
+    pub repair: Repair,
+}
+
+/// What happens to rays that cross the surface an odd number of times.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Repair {
+    /// They are an error.
+    #[default]
+    None,
+    /// They count as empty.
+    Drop,
+    /// Crossings are kept where they enter and leave in turn.
+    Pair,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { resolution: 1024, repair: Repair::None }
+    }
+}
+
+ports! {
+    pub struct In {
+        /// The solid. Where shapes overlap, inside is what an odd number of them holds.
+        scene: Arc<Scene>,
+        /// Along which direction; without it along −Z.
+        direction: Option<Arc<Choice>>,
+    }
+}
+
+ports! {
+    pub struct Out {
+        /// The layered depth image with its place in the world.
+        image: Arc<Peeled>,
+    }
+}
+
+pub struct Peel;
+
+impl Node for Peel {
+    const KIND: &'static str = "peel";
+    const VERSION: u32 = 1;
+    type Params = Params;
+    type In = In;
+    type Out = Out;
+
+    fn memory(params: &Params, sizes: &[u64]) -> u64 {
+        // Per texel its list, and some depths twice.
+        (32 << 20) + sizes[0] * 4 + u64::from(params.resolution).pow(2) * 100
+    }
+
+    fn check(params: &Params) -> Result<(), (&'static str, String)> {
+        if !(1..=MAX_SIDE).contains(&params.resolution) {
+            return Err(("resolution", format!("expected 1 to {MAX_SIDE} texels, found {}", params.resolution)));
+        }
+        Ok(())
+    }
+
+    fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
+        let geometry = Geometry::new(&inputs.scene);
+        let chosen = inputs.direction.map(|d| d.direction).or_else(|| Direction::new(DVec3::NEG_Z));
+        let direction = chosen.ok_or_else(|| NodeError::Failed("no direction".into()))?;
+        let repair = match params.repair {
+            Repair::None => sprite::Repair::None,
+            Repair::Drop => sprite::Repair::Drop,
+            Repair::Pair => sprite::Repair::Pair,
+        };
+        let backend = super::backend(ctx);
+        let peeled = sprite::peel(backend, &geometry, &direction, params.resolution, repair, ctx.stop);
+        let peeled = peeled.map_err(failure)?;
+        if let Some(first) = peeled.odd.first() {
+            let open = sprite::closedness(&geometry).open_edges;
+            (ctx.warn)(format!(
+                "{} rays cross the surface an odd number of times, the first at texel ({}, {}); it has {open} open edges",
+                peeled.odd.len(),
+                first.texel[0],
+                first.texel[1]
+            ));
+        }
+        Ok(Out { image: Arc::new(peeled) })
+    }
+}
