@@ -3,6 +3,7 @@
 pub mod collapse;
 mod compress;
 mod evaluate;
+mod evaluate_sprite;
 mod field_scene;
 mod load_scene;
 mod make_scene;
@@ -17,6 +18,7 @@ pub mod values;
 pub mod view_cell;
 pub mod voxel_mesh;
 mod write_glb;
+mod write_sprite;
 
 use crate::{
     engine::node::{Ctx, Registry},
@@ -48,6 +50,8 @@ pub fn registry() -> Registry {
     r.add::<select_direction::SelectDirection>();
     r.add::<peel::Peel>();
     r.add::<compress::Compress>();
+    r.add::<write_sprite::WriteSprite>();
+    r.add::<evaluate_sprite::EvaluateSprite>();
     r
 }
 

@@ -308,3 +308,76 @@ fn the_back_end_changes_no_byte() {
     let again = bake(&["--backend", "gpu"], "a", "kept a");
     assert!(again.out.contains(" 0 ran, "), "{} {}", again.out, again.err);
 }
+
+/// Classifies a point as section 4.4 and figure 13 of the paper do, from the files alone.
+fn inside(manifest: &serde_json::Value, data: &[u8], world: [f64; 3]) -> bool {
+    let number = |v: &serde_json::Value| v.as_f64().unwrap();
+    let t: Vec<f32> = (0..3)
+        .map(|i| {
+            let row = &manifest["world_to_texture"][i];
+            ((0..3).map(|k| number(&row[k]) * world[k]).sum::<f64>() + number(&row[3])) as f32
+        })
+        .collect();
+    let size = |k: usize| number(&manifest["size"][k]) as f32;
+    let region: Vec<i64> = (0..4).map(|k| manifest["region"][k].as_i64().unwrap()).collect();
+    let (x, y) = ((t[0] * size(0)).floor() as i64 - region[0], (t[1] * size(1)).floor() as i64 - region[1]);
+    if x < 0 || y < 0 || x >= region[2] || y >= region[3] {
+        return false;
+    }
+    let texel = |i: usize, k: usize| {
+        let at = manifest["sections"][0]["offset"].as_u64().unwrap() as usize + 8 * i + 4 * k;
+        u32::from_le_bytes(data[at..at + 4].try_into().unwrap())
+    };
+    let index = (y * region[2] + x) as usize;
+    let (offset, count) = (texel(index, 0), texel(index, 1));
+    (offset..offset + count)
+        .any(|i| f32::from_bits(texel(i as usize, 0)) <= t[2] && t[2] <= f32::from_bits(texel(i as usize, 1)))
+}
+
+#[test]
+fn a_solid_becomes_a_sprite_that_tells_inside_from_outside() {
+    // A cube of 2 m around (5, 0, 0).
+    const CUBE: &str = "v 4 -1 -1\nv 6 -1 -1\nv 6 1 -1\nv 4 1 -1\nv 4 -1 1\nv 6 -1 1\nv 6 1 1\nv 4 1 1\n\
+                        f 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("cube.obj"), format!("{CUBE}f 1 4 3 2\n")).unwrap();
+    std::fs::write(folder.path().join("open.obj"), CUBE).unwrap();
+    let bake = |scene: &str, more: &[&str]| {
+        let scene = format!("scene={scene}");
+        let knobs = ["bake", "vds", "--set", &scene, "--set", "resolution=128", "--set", "views=9"];
+        farfield(folder.path(), &[&knobs[..], more].concat())
+    };
+    let done = bake("cube.obj", &["--set", "compress.layout=ranges"]);
+    assert_eq!(done.code, 0, "{} {}", done.out, done.err);
+    let read = |name: &str| std::fs::read(folder.path().join("out/vds").join(name)).unwrap();
+    let json = |name: &str| serde_json::from_slice::<serde_json::Value>(&read(name)).unwrap();
+    let (manifest, certificate, data) = (json("vds.json"), json("certificate.json"), read("vds.bin"));
+    assert_eq!(manifest["layout"], "ranges");
+    assert_eq!((&certificate["wrong_points"], &certificate["odd_rays"]), (&0.into(), &0.into()));
+    assert!(certificate["inside_points"].as_u64().unwrap() > 1000);
+    let mut counts = [0; 2];
+    for i in 0..1000 {
+        let at = |k: i32| f64::from(i / k % 10) * 0.31 - 1.4;
+        let p = [5.0 + at(1), at(10), at(100)];
+        let far = |c: f64| (c.abs() - 1.0).abs() > 0.05;
+        if far(p[0] - 5.0) && far(p[1]) && far(p[2]) {
+            let truth = (p[0] - 5.0).abs() < 1.0 && p[1].abs() < 1.0 && p[2].abs() < 1.0;
+            assert_eq!(inside(&manifest, &data, p), truth, "{p:?}");
+            counts[usize::from(truth)] += 1;
+        }
+    }
+    assert!(counts[0] > 300 && counts[1] > 200, "{counts:?}");
+
+    // Another layout packs again; what was peeled is a hit.
+    let again = bake("cube.obj", &[]);
+    assert!(again.code == 0 && again.out.contains("4 hits, 3 ran"), "{} {}", again.out, again.err);
+    assert_eq!(json("vds.json")["layout"], "raw");
+
+    // Along −Z, through the side that is missing.
+    let open = bake("open.obj", &["--set", "direction.count=1"]);
+    assert!(open.code == 1 && open.err.contains("not closed") && open.err.contains("repair"), "{}", open.err);
+    assert_eq!(json("vds.json")["layout"], "raw", "nothing is lost");
+    let repaired = bake("open.obj", &["--set", "direction.count=1", "--set", "peel.repair=pair"]);
+    // Every ray enters and never leaves: nothing remains to pack.
+    assert!(repaired.code == 1 && repaired.err.contains("no ray meets"), "{}", repaired.err);
+}

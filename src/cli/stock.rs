@@ -7,4 +7,5 @@ pub const STOCK: &[Stock] = &[
     ("tdm", include_str!("../../pipelines/tdm.toml")),
     ("tdm-car", include_str!("../../pipelines/tdm-car.toml")),
     ("tdm-city", include_str!("../../pipelines/tdm-city.toml")),
+    ("vds", include_str!("../../pipelines/vds.toml")),
 ];

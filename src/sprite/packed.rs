@@ -99,6 +99,16 @@ impl Packed {
         }
     }
 
+    /// Texels of the whole image.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Most depths of a texel.
+    pub fn depth_complexity(&self) -> u32 {
+        (0..self.region.texels()).map(|i| self.ray(i).len() as u32).max().unwrap_or(0)
+    }
+
     pub fn region(&self) -> Region {
         self.region
     }

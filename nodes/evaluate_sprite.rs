@@ -1,0 +1,159 @@
+//! `evaluate-sprite`: the certificate of a depth sprite.
+
+use super::values::{Choice, Sprite};
+use crate::{
+    engine::{
+        node::{Ctx, Node, NodeError},
+        plan::File,
+    },
+    math::Sequence,
+    ports,
+    raster::Geometry,
+    scene::Scene,
+    sprite::{Exact, Layout, Packed, Peeled},
+};
+use glam::DVec3;
+use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use std::sync::Arc;
+
+/// Classifies points spread over the unit cube around a solid by the sprite, by the image that was packed, in every layout, and by the
+/// mesh itself, and counts what differs. Points nearer to the surface than 0.75 texel may fall on either side of it in an image.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Params {
+    /// Number of points, 1 to 1,000,000,000.
+    pub points: u32,
+    /// Seed of the sequence of points.
+    pub seed: u64,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { points: 200_000, seed: 1 }
+    }
+}
+
+ports! {
+    pub struct In {
+        /// The solid.
+        scene: Arc<Scene>,
+        /// The image as it was peeled.
+        image: Arc<Peeled>,
+        /// What was made of it.
+        sprite: Arc<Sprite>,
+        /// How its direction was chosen.
+        direction: Option<Arc<Choice>>,
+    }
+}
+
+ports! {
+    pub struct Out {
+        /// The certificate, JSON.
+        certificate: Arc<File>,
+    }
+}
+
+pub struct EvaluateSprite;
+
+/// A point's distance from the surface, in texels, from which on images must answer as the mesh does.
+const NEAR: f64 = 0.75;
+/// Points worked on at once.
+const CHUNK: u32 = 4096;
+
+#[derive(Clone, Copy, Default)]
+struct Counts {
+    inside: u64,
+    /// Answers that differ from the mesh's, near the surface and farther away.
+    near: u64,
+    wrong: u64,
+    /// Answers of a layout that differ from the image's.
+    layouts: u64,
+}
+
+impl Counts {
+    fn plus(self, o: Self) -> Self {
+        Self {
+            inside: self.inside + o.inside,
+            near: self.near + o.near,
+            wrong: self.wrong + o.wrong,
+            layouts: self.layouts + o.layouts,
+        }
+    }
+}
+
+impl Node for EvaluateSprite {
+    const KIND: &'static str = "evaluate-sprite";
+    const VERSION: u32 = 1;
+    type Params = Params;
+    type In = In;
+    type Out = Out;
+
+    fn memory(_: &Params, sizes: &[u64]) -> u64 {
+        (32 << 20) + sizes[0].saturating_mul(6) + sizes[1].saturating_mul(16)
+    }
+
+    fn check(params: &Params) -> Result<(), (&'static str, String)> {
+        if !(1..=1_000_000_000).contains(&params.points) {
+            return Err(("points", format!("expected 1 to 1,000,000,000, found {}", params.points)));
+        }
+        Ok(())
+    }
+
+    fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
+        let (peeled, sprite) = (&*inputs.image, &*inputs.sprite);
+        let exact = Exact::new(&Geometry::new(&inputs.scene), &peeled.frame);
+        let cropped = sprite.packed.unpack();
+        let layouts: Vec<Packed> = Layout::ALL.into_iter().filter_map(|l| Packed::new(&cropped, l)).collect();
+        let sequence = Sequence::<3>::new(params.seed);
+        let texel = NEAR / f64::from(peeled.image.size()[0]);
+        let one = |i: u32| {
+            // A little beyond the cube, where all is outside.
+            let p = DVec3::from(sequence.point(i)) * 1.02 - 0.01;
+            let point = p.as_vec3();
+            let found = peeled.image.contains(point.to_array());
+            let mut counts = Counts { inside: u64::from(found), ..Counts::default() };
+            counts.layouts = layouts.iter().filter(|l| l.contains(point.to_array()) != found).count() as u64;
+            if found != exact.contains(point.as_dvec3()) {
+                let near = exact.is_near(point.as_dvec3(), texel);
+                *(if near { &mut counts.near } else { &mut counts.wrong }) = 1;
+            }
+            counts
+        };
+        let chunks: Vec<Counts> = (0..params.points.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|k| {
+                ctx.stop.check()?;
+                let points = k * CHUNK..(k * CHUNK).saturating_add(CHUNK).min(params.points);
+                Ok(points.map(one).fold(Counts::default(), Counts::plus))
+            })
+            .collect::<Result<_, crate::math::Stopped>>()?;
+        let counts = chunks.into_iter().fold(Counts::default(), Counts::plus);
+        let complexity = cropped.depth_complexity();
+        let of_directions = inputs.direction.map_or([complexity; 2], |d| d.depth_complexity);
+        let raw = u64::from(complexity) * cropped.region().texels() as u64;
+        let ratio = |values: usize| (values as f64 / raw as f64 * 1e4).round() / 1e4;
+        let of_layouts: serde_json::Map<_, _> =
+            layouts.iter().map(|l| (format!("{:?}", l.layout()).to_lowercase(), json!(ratio(l.values())))).collect();
+        let certificate = json!({
+            "layout": format!("{:?}", sprite.packed.layout()).to_lowercase(),
+            "resolution": peeled.image.size(),
+            "depth_complexity": { "chosen": complexity, "min": of_directions[0], "max": of_directions[1] },
+            "texels_cropped": raw,
+            "texels_compressed": sprite.packed.values(),
+            "compression_ratio": ratio(sprite.packed.values()),
+            "compression_ratio_of_layouts": of_layouts,
+            "odd_rays": peeled.odd.len(),
+            "points": params.points,
+            "inside_points": counts.inside,
+            "wrong_points": counts.wrong,
+            "wrong_points_within_0.75_texel": counts.near,
+            "differing_answers_of_layouts": counts.layouts,
+        });
+        let mut bytes = serde_json::to_vec_pretty(&certificate).map_err(|e| NodeError::from_error(&e))?;
+        bytes.push(b'\n');
+        Ok(Out { certificate: Arc::new(File { media_type: "application/json".into(), bytes }) })
+    }
+}
