@@ -6,7 +6,7 @@ use crate::{
         node::{Ctx, Node, NodeError},
         plan::File,
     },
-    ports,
+    ports, sprite,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -41,6 +41,8 @@ ports! {
         manifest: Arc<File>,
         /// The sections, one after the other, each at a multiple of 16 bytes.
         data: Arc<File>,
+        /// The parity test for shaders, WGSL.
+        shader: Arc<File>,
     }
 }
 
@@ -64,17 +66,11 @@ impl Node for WriteSprite {
 
     fn run(params: &Params, inputs: In, _: &Ctx) -> Result<Out, NodeError> {
         let Sprite { packed, frame } = &*inputs.sprite;
-        let (mut bytes, mut sections) = (Vec::new(), Vec::new());
-        for section in packed.sections() {
-            bytes.resize(bytes.len().next_multiple_of(16), 0);
-            sections.push(json!({
-                "name": section.name,
-                "element": section.element,
-                "count": section.count,
-                "offset": bytes.len(),
-            }));
-            bytes.extend(section.bytes);
-        }
+        let (bytes, sections) = packed.file();
+        let sections: Vec<_> = sections
+            .iter()
+            .map(|s| json!({ "name": s.name, "element": s.element, "count": s.count, "offset": s.offset }))
+            .collect();
         let (m, region) = (frame.to_texture(), packed.region());
         let rows: Vec<[f64; 4]> =
             (0..3).map(|i| [m.matrix3.row(i).x, m.matrix3.row(i).y, m.matrix3.row(i).z, m.translation[i]]).collect();
@@ -94,6 +90,7 @@ impl Node for WriteSprite {
         Ok(Out {
             manifest: Arc::new(File { media_type: "application/json".into(), bytes: text }),
             data: Arc::new(File { media_type: "application/octet-stream".into(), bytes }),
+            shader: Arc::new(File { media_type: "text/wgsl".into(), bytes: sprite::SHADER.into() }),
         })
     }
 }

@@ -4,7 +4,8 @@ use super::{
     device::{Buffer, Device, GpuError},
     work::{Frame, Item, Work},
 };
-use crate::math::Stop;
+use crate::{math::Stop, sprite};
+use std::cell::OnceCell;
 
 /// A device with the rasteriser's shaders.
 pub struct Machine {
@@ -12,6 +13,8 @@ pub struct Machine {
     layout: wgpu::BindGroupLayout,
     nearest: Pipelines,
     fragments: Pipelines,
+    /// Made when it is first wanted.
+    classify: OnceCell<(wgpu::BindGroupLayout, wgpu::ComputePipeline)>,
 }
 
 /// One operation's entry points.
@@ -25,6 +28,22 @@ pub const NEAREST: &str = concat!(include_str!("../../shaders/cover.wgsl"), incl
 pub const FRAGMENTS: &str =
     concat!(include_str!("../../shaders/cover.wgsl"), include_str!("../../shaders/fragments.wgsl"));
 
+/// `Sprite` of shaders/sprite.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Sprite {
+    pub region: [u32; 4],
+    pub sections: [u32; 4],
+    pub size: [u32; 2],
+    pub packing: u32,
+    pub depth_complexity: u32,
+}
+
+/// Source of the shader that classifies points.
+pub fn classify_source() -> String {
+    [sprite::SHADER, include_str!("../../shaders/classify.wgsl")].concat()
+}
+
 /// Work groups in a row of a dispatch; every device allows as many.
 const GROUPS: u32 = 65535;
 /// Threads of a work group.
@@ -36,27 +55,10 @@ const LARGE: u64 = 1 << 15;
 impl Machine {
     pub fn new(device: Device) -> Result<Self, GpuError> {
         let d = &device.device;
-        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-            count: None,
-        };
-        let storage = |read_only| wgpu::BufferBindingType::Storage { read_only };
-        let layout = d.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: None,
-            entries: &[
-                entry(0, wgpu::BufferBindingType::Uniform),
-                entry(1, storage(true)),
-                entry(2, storage(true)),
-                entry(3, storage(false)),
-                entry(4, storage(false)),
-                entry(5, storage(false)),
-            ],
-        });
+        let layout = layout_of(d, &[Kind::Uniform, Kind::Read, Kind::Read, Kind::Write, Kind::Write, Kind::Write]);
         let (nearest, fragments) = (Pipelines::new(d, &layout, NEAREST), Pipelines::new(d, &layout, FRAGMENTS));
         device.check()?;
-        Ok(Self { layout, nearest, fragments, device })
+        Ok(Self { layout, nearest, fragments, classify: OnceCell::new(), device })
     }
 
     /// For every pixel the least and the greatest number among the triangles that may be the nearest, each turned round so that
@@ -82,6 +84,30 @@ impl Machine {
         let [list, unused] = [total, 4].map(|n| self.device.zeros(n as u64 * 4));
         self.round(work, 1, &self.fragments, [&cursor, &list, &unused], stop)?;
         self.device.read(&list, total, stop)
+    }
+
+    /// Which of `points` lie inside a sprite, whose file is `data`: a bit each.
+    pub fn classify(
+        &self,
+        sprite: Sprite,
+        data: &[u8],
+        points: &[[f32; 4]],
+        stop: &Stop,
+    ) -> Result<Vec<u32>, GpuError> {
+        let d = &self.device.device;
+        let (layout, pipeline) = self.classify.get_or_init(|| {
+            let layout = layout_of(d, &[Kind::Uniform, Kind::Read, Kind::Read, Kind::Write]);
+            let pipeline = Pipelines::one(d, &layout, &classify_source(), "classify");
+            (layout, pipeline)
+        });
+        let words = points.len().div_ceil(32);
+        let uniform = self.device.upload(&[sprite], wgpu::BufferUsages::UNIFORM);
+        let data = self.device.upload(data, wgpu::BufferUsages::STORAGE);
+        let uploaded = self.device.upload(points, wgpu::BufferUsages::STORAGE);
+        let inside = self.device.zeros(words as u64 * 4);
+        let groups = (points.len() as u32).div_ceil(THREADS);
+        self.run(pipeline, layout, &[&uniform, &data, &uploaded, &inside], groups, stop)?;
+        self.device.read(&inside, words, stop)
     }
 
     /// One round of an operation over all triangles.
@@ -119,23 +145,33 @@ impl Machine {
         each: u32,
         stop: &Stop,
     ) -> Result<(), GpuError> {
-        let d = &self.device.device;
         let uniform = self.device.upload(&[frame], wgpu::BufferUsages::UNIFORM);
         let items = self.device.upload(items, wgpu::BufferUsages::STORAGE);
         let [first, second, third] = targets;
         let buffers = [&uniform, triangles, &items, first, second, third];
+        self.run(pipeline, &self.layout, &buffers, frame.items.div_ceil(each), stop)
+    }
+
+    /// Dispatches so many work groups, with buffers bound in their order, and waits.
+    fn run(
+        &self,
+        pipeline: &wgpu::ComputePipeline,
+        layout: &wgpu::BindGroupLayout,
+        buffers: &[&Buffer],
+        groups: u32,
+        stop: &Stop,
+    ) -> Result<(), GpuError> {
+        let d = &self.device.device;
         let entries: Vec<_> = (0..)
             .zip(buffers)
             .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.buffer.as_entire_binding() })
             .collect();
-        let group =
-            d.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &self.layout, entries: &entries });
+        let group = d.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
         let mut encoder = d.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &group, &[]);
-            let groups = frame.items.div_ceil(each);
             pass.dispatch_workgroups(groups.min(GROUPS), groups.div_ceil(GROUPS), 1);
         }
         self.device.queue.submit([encoder.finish()]);
@@ -143,8 +179,43 @@ impl Machine {
     }
 }
 
+/// What a shader does with a buffer.
+#[derive(Clone, Copy)]
+enum Kind {
+    Uniform,
+    Read,
+    Write,
+}
+
+/// Buffers bound from 0 on.
+fn layout_of(device: &wgpu::Device, kinds: &[Kind]) -> wgpu::BindGroupLayout {
+    let entries: Vec<_> = (0..)
+        .zip(kinds)
+        .map(|(binding, kind)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: match kind {
+                    Kind::Uniform => wgpu::BufferBindingType::Uniform,
+                    Kind::Read => wgpu::BufferBindingType::Storage { read_only: true },
+                    Kind::Write => wgpu::BufferBindingType::Storage { read_only: false },
+                },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        })
+        .collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+}
+
 impl Pipelines {
     fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, source: &str) -> Self {
+        let pipeline = |entry| Self::one(device, layout, source, entry);
+        Self { small: pipeline("small"), large: pipeline("large") }
+    }
+
+    fn one(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, source: &str, entry: &str) -> wgpu::ComputePipeline {
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: None,
             source: wgpu::ShaderSource::Wgsl(source.into()),
@@ -154,16 +225,13 @@ impl Pipelines {
             bind_group_layouts: &[Some(layout)],
             ..wgpu::PipelineLayoutDescriptor::default()
         });
-        let pipeline = |entry| {
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&layout),
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                cache: None,
-            })
-        };
-        Self { small: pipeline("small"), large: pipeline("large") }
+        device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: Some(&layout),
+            module: &module,
+            entry_point: Some(entry),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        })
     }
 }

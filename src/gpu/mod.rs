@@ -12,6 +12,7 @@
 mod device;
 mod machine;
 mod raster;
+mod sprite;
 #[cfg(test)]
 mod tests;
 mod work;

@@ -72,6 +72,10 @@ impl Gpu {
         })
     }
 
+    pub(super) fn room(&self) -> Room {
+        self.room
+    }
+
     /// What the user should know: where the CPU took over.
     pub fn warnings(&self) -> Vec<String> {
         self.warnings.lock().unwrap_or_else(PoisonError::into_inner).clone()
@@ -217,10 +221,6 @@ impl Drop for Gpu {
 
 #[cfg(test)]
 impl Gpu {
-    pub fn room(&self) -> Room {
-        self.room
-    }
-
     /// Takes the device away: whatever is asked of it from now on fails.
     pub fn lose(&self) {
         let destroy = |machine: &Machine| {

@@ -8,6 +8,7 @@ use crate::{
         tests::{ahead, literal, mesh, object, square},
     },
     scene::{Alpha, Image, Material, Scene, Texture, Wrap, builtin},
+    sprite::{Direction, Layout, Packed, Repair, peel},
 };
 use glam::{DVec3, Mat4, Vec3};
 use proptest::prelude::*;
@@ -37,7 +38,8 @@ fn gpu() -> Option<&'static Gpu> {
 #[test]
 fn shaders_are_valid_and_share_the_structs() {
     use wgpu::naga::{front::wgsl, valid};
-    for source in [machine::NEAREST, machine::FRAGMENTS] {
+    let classify = machine::classify_source();
+    for source in [machine::NEAREST, machine::FRAGMENTS, &classify] {
         let module = wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)));
         valid::Validator::new(valid::ValidationFlags::all(), valid::Capabilities::default()).validate(&module).unwrap();
         let layout = |name: &str| {
@@ -51,6 +53,10 @@ fn shaders_are_valid_and_share_the_structs() {
                 let members = vec![$((stringify!($field).to_owned(), std::mem::offset_of!($ty, $field))),*];
                 assert_eq!(layout($name), (members, size_of::<$ty>()), $name);
             };
+        }
+        if source == classify {
+            same!("Sprite", machine::Sprite, region, sections, size, packing, depth_complexity);
+            continue;
         }
         same!("Triangle", work::Triangle, corners, first, a, b, c, low, high, exponent, padding);
         same!("Item", work::Item, triangle, tile);
@@ -295,6 +301,35 @@ fn parity_within_little_memory() {
     let prepared = Prepared::new(&geometry, &view, &Options::default(), &Stop::default()).unwrap();
     assert!(everything(&tiny, &prepared) == everything(&Cpu, &prepared));
     assert!(tiny.warnings()[0].contains("the CPU does such views"), "{:?}", tiny.warnings());
+}
+
+#[test]
+fn parity_of_points_in_sprites() {
+    let Some(gpu) = gpu() else { return };
+    let scene = builtin::make("solids", 1).unwrap();
+    let geometry = Geometry::new(&scene);
+    let stop = Stop::default();
+    let sequence = crate::math::Sequence::<3>::new(3);
+    for forward in [DVec3::NEG_Z, DVec3::new(0.4, -0.7, 0.2)] {
+        let direction = Direction::new(forward).unwrap();
+        let peeled = peel(&Cpu, &geometry, &direction, 200, Repair::None, &stop).unwrap();
+        let image = peeled.image.crop().unwrap();
+        let mut points: Vec<[f32; 3]> =
+            (0..100_000).map(|i| sequence.point(i).map(|c| (c * 1.1 - 0.05) as f32)).collect();
+        // Exactly at the ends of ranges and at the borders of texels; and what is no number.
+        for (i, d) in image.depths().iter().enumerate().step_by(7) {
+            points.push([(i % 200) as f32 / 200.0, (i / 200 % 200) as f32 / 200.0, *d]);
+        }
+        points.push([f32::NAN, 0.5, 0.5]);
+        points.push([0.5, 0.5, f32::NAN]);
+        for layout in Layout::ALL {
+            let packed = Packed::new(&image, layout).unwrap();
+            let found = gpu.classify(&packed, &points, &stop).unwrap();
+            let expect: Vec<bool> = points.iter().map(|p| packed.contains(*p)).collect();
+            assert!(found == expect, "{layout:?}");
+            assert!(found.iter().filter(|f| **f).count() > 1000);
+        }
+    }
 }
 
 #[test]

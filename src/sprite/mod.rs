@@ -5,6 +5,9 @@
 //! the surface. They come in pairs, which are the ranges of the ray that lie inside. The image is *cropped* to the texels
 //! that hold any, and *packed* into the smallest of several layouts, each of which answers the *parity test* directly.
 
+/// The parity test for shaders: WGSL, with its bindings.
+pub const SHADER: &str = include_str!("../../shaders/sprite.wgsl");
+
 mod direction;
 mod exact;
 mod layered;

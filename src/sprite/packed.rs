@@ -28,14 +28,15 @@ impl Layout {
     pub const ALL: [Self; 4] = [Self::Raw, Self::Ranges, Self::Rows, Self::Runs];
 }
 
-/// A part of a packed image as it stands in a file.
+/// A part of a packed image's file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Section {
     pub name: &'static str,
     /// What it holds: `u16x2` are two numbers side by side.
     pub element: &'static str,
     pub count: usize,
-    pub bytes: Vec<u8>,
+    /// Its first byte.
+    pub offset: usize,
 }
 
 /// A packed image.
@@ -131,25 +132,29 @@ impl Packed {
         }
     }
 
-    /// What readers find in a file, in this order: the sections of the layout, little-endian.
-    pub fn sections(&self) -> Vec<Section> {
-        let section =
-            |name, element, count: usize, bytes: &[u8]| Section { name, element, count, bytes: bytes.to_vec() };
-        let ranges_of = |r: &[[f32; 2]]| section("ranges", "f32x2", r.len(), bytemuck::cast_slice(r));
+    /// What readers find in a file: the layout's sections in their order, little-endian, each at a multiple of 16 bytes.
+    pub fn file(&self) -> (Vec<u8>, Vec<Section>) {
+        let (mut bytes, mut sections) = (Vec::new(), Vec::new());
+        let mut put = |name, element, count: usize, section: &[u8]| {
+            bytes.resize(bytes.len().next_multiple_of(16), 0);
+            sections.push(Section { name, element, count, offset: bytes.len() });
+            bytes.extend_from_slice(section);
+        };
         match &self.data {
-            Data::Raw { depths, .. } => vec![section("depths", "f32", depths.len(), bytemuck::cast_slice(depths))],
-            Data::Ranges { texels, .. } => vec![section("texels", "u32x2", texels.len(), bytemuck::cast_slice(texels))],
-            Data::Rows { before, prefix, ranges } => vec![
-                section("before", "u32", before.len(), bytemuck::cast_slice(before)),
-                section("prefix", "u16", prefix.len(), bytemuck::cast_slice(prefix)),
-                ranges_of(ranges),
-            ],
-            Data::Runs { first, runs, ranges } => vec![
-                section("first", "u32", first.len(), bytemuck::cast_slice(first)),
-                section("runs", "u16x2 u32x2", runs.len(), bytemuck::cast_slice(runs)),
-                ranges_of(ranges),
-            ],
+            Data::Raw { depths, .. } => put("depths", "f32", depths.len(), bytemuck::cast_slice(depths)),
+            Data::Ranges { texels, .. } => put("texels", "u32x2", texels.len(), bytemuck::cast_slice(texels)),
+            Data::Rows { before, prefix, ranges } => {
+                put("before", "u32", before.len(), bytemuck::cast_slice(before));
+                put("prefix", "u16", prefix.len(), bytemuck::cast_slice(prefix));
+                put("ranges", "f32x2", ranges.len(), bytemuck::cast_slice(ranges));
+            }
+            Data::Runs { first, runs, ranges } => {
+                put("first", "u32", first.len(), bytemuck::cast_slice(first));
+                put("runs", "u16x2 u32x2", runs.len(), bytemuck::cast_slice(runs));
+                put("ranges", "f32x2", ranges.len(), bytemuck::cast_slice(ranges));
+            }
         }
+        (bytes, sections)
     }
 
     /// The image that was packed.
