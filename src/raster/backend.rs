@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 /// Carries out the rasteriser's operations on a prepared view. Every back end gives the same, bit for bit: which one it was
 /// changes how long a bake takes and nothing else.
 pub trait Backend: Send + Sync {
-    /// Operation 1. Calls `tile(index, depth, triangle)` for every tile with what its pixels see (as in [`Nearest`]), several at a time;
+    /// Operation 1. Calls `tile(index, depth, triangle)` for every tile with what its pixels see (as in [`super::Nearest`]), several at a time;
     /// for one tile perhaps twice, with the same values.
     fn nearest(
         &self,
