@@ -131,14 +131,14 @@ impl Node for EvaluateSprite {
             })
             .collect::<Result<_, crate::math::Stopped>>()?;
         let counts = chunks.into_iter().fold(Counts::default(), Counts::plus);
-        let complexity = cropped.depth_complexity();
+        let complexity = sprite.packed.depth_complexity();
         let of_directions = inputs.direction.map_or([complexity; 2], |d| d.depth_complexity);
         let raw = u64::from(complexity) * cropped.region().texels() as u64;
         let ratio = |values: usize| (values as f64 / raw as f64 * 1e4).round() / 1e4;
         let of_layouts: serde_json::Map<_, _> =
-            layouts.iter().map(|l| (format!("{:?}", l.layout()).to_lowercase(), json!(ratio(l.values())))).collect();
+            layouts.iter().map(|l| (l.layout().name().to_owned(), json!(ratio(l.values())))).collect();
         let certificate = json!({
-            "layout": format!("{:?}", sprite.packed.layout()).to_lowercase(),
+            "layout": sprite.packed.layout().name(),
             "resolution": peeled.image.size(),
             "depth_complexity": { "chosen": complexity, "min": of_directions[0], "max": of_directions[1] },
             "texels_cropped": raw,

@@ -62,7 +62,7 @@ mod tests {
         array::Bytes,
         engine::node::{Device, Door, NodeError},
         math::{Stop, Stopped},
-        raster::{Prepared, TileFragments},
+        raster::{OnFragments, OnNearest, Prepared},
     };
     use std::path::Path;
 
@@ -78,10 +78,10 @@ mod tests {
     struct Blind;
 
     impl Backend for Blind {
-        fn nearest(&self, _: &Prepared, _: &Stop, _: &(dyn Fn(u32, &[f32], &[u32]) + Sync)) -> Result<(), Stopped> {
+        fn nearest(&self, _: &Prepared, _: &Stop, _: &OnNearest) -> Result<(), Stopped> {
             Err(Stopped)
         }
-        fn fragments(&self, _: &Prepared, _: &Stop, _: &(dyn Fn(u32, &TileFragments) + Sync)) -> Result<(), Stopped> {
+        fn fragments(&self, _: &Prepared, _: &Stop, _: &OnFragments) -> Result<(), Stopped> {
             Err(Stopped)
         }
     }

@@ -79,7 +79,7 @@ impl Node for WriteSprite {
             "version": 1,
             "size": packed.size(),
             "region": [region.x, region.y, region.width, region.height],
-            "layout": format!("{:?}", packed.layout()).to_lowercase(),
+            "layout": packed.layout().name(),
             "depth_complexity": packed.depth_complexity(),
             "world_to_texture": rows,
             "data": { "file": params.data, "bytes": bytes.len(), "blake3": blake3::hash(&bytes).to_hex().as_str() },

@@ -24,9 +24,8 @@ struct Frame {
     // The view, pixels.
     width: u32,
     height: u32,
-    // The band's first row and its rows.
+    // The band's first row.
     first_row: u32,
-    rows: u32,
     // Tiles: how many stand side by side, and their side in pixels.
     columns: u32,
     side: u32,
@@ -38,8 +37,6 @@ struct Frame {
     perspective: u32,
     // Which pass this is; each shader says what it means.
     round: u32,
-    padding_a: u32,
-    padding_b: u32,
 }
 
 // A triangle in a tile.

@@ -2,12 +2,13 @@
 
 use crate::{
     array::Array,
-    math::{Stop, Stopped},
+    math::{Stop, Stopped, squared_distance},
     voxel::{
         VoxelMesh,
         touch::{self, Point, Toucher},
     },
 };
+use glam::DVec3;
 use meshopt::{DecodePosition, SimplifyOptions};
 
 /// A position as meshoptimizer reads it.
@@ -118,52 +119,10 @@ fn cover_lists(mesh: &VoxelMesh, corners: &[[Point; 3]], half: f64, stop: &Stop)
             covered = true;
         }
         if !covered {
-            let distance = |f: &usize| squared_distance(&corners[*f], &c);
+            let distance = |f: &usize| squared_distance(corners[*f].map(DVec3::from), DVec3::from(c));
             let nearest = (0..corners.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
             lists[nearest.unwrap_or(0)].push(v as u32);
         }
     }
     Ok(lists)
-}
-
-/// Squared distance of `p` from a triangle (Ericson, Real-Time Collision Detection, section 5.1.5).
-fn squared_distance([a, b, c]: &[Point; 3], p: &Point) -> f64 {
-    let sub = |u: &Point, v: &Point| -> Point { std::array::from_fn(|i| u[i] - v[i]) };
-    let dot = |u: &Point, v: &Point| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
-    let n = touch::normal(*a, *b, *c);
-    let area = dot(&n, &n);
-    // Inside the prism over the face its plane is nearest, elsewhere one of its edges.
-    let inside =
-        area > 0.0 && [(a, b), (b, c), (c, a)].into_iter().all(|(s, e)| dot(&touch::normal(*s, *e, *p), &n) >= 0.0);
-    if inside {
-        let d = dot(&sub(p, a), &n);
-        return d * d / area;
-    }
-    let to_edge = |s: &Point, e: &Point| {
-        let (d, q) = (sub(e, s), sub(p, s));
-        let length = dot(&d, &d);
-        let t = if length > 0.0 { (dot(&d, &q) / length).clamp(0.0, 1.0) } else { 0.0 };
-        let r: Point = std::array::from_fn(|i| q[i] - t * d[i]);
-        dot(&r, &r)
-    };
-    to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn distance_to_face_edge_and_corner() {
-        let t = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
-        for (p, expected) in [
-            ([1.0, 1.0, 3.0], 9.0),
-            ([1.0, 1.0, 0.0], 0.0),
-            ([2.0, -2.0, 0.0], 4.0),
-            ([-3.0, -4.0, 0.0], 25.0),
-            ([4.0, 4.0, 0.0], 8.0),
-        ] {
-            assert!((squared_distance(&t, &p) - expected).abs() < 1e-12, "{p:?}");
-        }
-    }
 }

@@ -93,7 +93,7 @@ mod gpu {
     use crate::{
         gpu::{Gpu, GpuError, Wanted},
         math::{Stop, Stopped},
-        raster::{Backend, Cpu, Prepared, TileFragments},
+        raster::{Backend, Cpu, OnFragments, OnNearest, Prepared},
     };
     use std::sync::OnceLock;
 
@@ -130,21 +130,11 @@ mod gpu {
     }
 
     impl Backend for Lazy {
-        fn nearest(
-            &self,
-            prepared: &Prepared,
-            stop: &Stop,
-            tile: &(dyn Fn(u32, &[f32], &[u32]) + Sync),
-        ) -> Result<(), Stopped> {
+        fn nearest(&self, prepared: &Prepared, stop: &Stop, tile: &OnNearest) -> Result<(), Stopped> {
             self.get().nearest(prepared, stop, tile)
         }
 
-        fn fragments(
-            &self,
-            prepared: &Prepared,
-            stop: &Stop,
-            tile: &(dyn Fn(u32, &TileFragments) + Sync),
-        ) -> Result<(), Stopped> {
+        fn fragments(&self, prepared: &Prepared, stop: &Stop, tile: &OnFragments) -> Result<(), Stopped> {
             self.get().fragments(prepared, stop, tile)
         }
     }

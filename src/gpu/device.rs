@@ -50,7 +50,17 @@ pub struct Device {
     /// What its buffers take.
     pub(super) taken: Arc<Taken>,
     /// The first error that nobody waited for.
-    fault: Arc<Mutex<Option<String>>>,
+    fault: Fault,
+}
+
+/// What went wrong first.
+#[derive(Clone, Default)]
+struct Fault(Arc<Mutex<Option<String>>>);
+
+impl Fault {
+    fn note(&self, text: String) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(text);
+    }
 }
 
 /// Bytes that buffers take now, and the most that they ever took.
@@ -167,19 +177,12 @@ impl Device {
         let failed =
             |e: wgpu::RequestDeviceError| GpuError::NoDevice { adapter: info.name.clone(), cause: e.to_string() };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(failed)?;
-        let fault = Arc::new(Mutex::new(None));
-        let note = |fault: &Arc<Mutex<Option<String>>>| {
-            let fault = fault.clone();
-            move |text: String| {
-                fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(text);
-            }
-        };
-        let on_error = note(&fault);
-        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| on_error(e.to_string())));
-        let on_loss = note(&fault);
+        let fault = Fault::default();
+        let (on_error, on_loss) = (fault.clone(), fault.clone());
+        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| on_error.note(e.to_string())));
         device.set_device_lost_callback(move |reason, text| {
             if reason != wgpu::DeviceLostReason::Destroyed {
-                on_loss(format!("the device was lost: {text}"));
+                on_loss.note(format!("the device was lost: {text}"));
             }
         });
         Ok(Self { info, device, queue, memory, taken: Arc::default(), fault })
@@ -190,14 +193,9 @@ impl Device {
         largest(&self.device.limits()).min(self.memory)
     }
 
-    /// Keeps what went wrong first.
-    fn note(&self, text: String) {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(text);
-    }
-
     /// An error if anything has gone wrong since the device was opened.
     pub(super) fn check(&self) -> Result<(), GpuError> {
-        match &*self.fault.lock().unwrap_or_else(PoisonError::into_inner) {
+        match &*self.fault.0.lock().unwrap_or_else(PoisonError::into_inner) {
             Some(text) => Err(GpuError::Failed(text.clone())),
             None => Ok(()),
         }
@@ -277,7 +275,7 @@ impl Device {
             Ok(Err(wgpu::PollError::Timeout)) => false,
             Ok(Err(e)) => return Err(GpuError::Failed(e.to_string())),
             Err(_) => {
-                self.note("the device was lost while it was waited for".into());
+                self.fault.note("the device was lost while it was waited for".into());
                 false
             }
         };

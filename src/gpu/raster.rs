@@ -7,7 +7,9 @@ use super::{
 };
 use crate::{
     math::{Stop, Stopped},
-    raster::{Backend, Cpu, Fragment, NOTHING, Prepared, Samples, ScreenTriangle, TileFragments},
+    raster::{
+        Backend, Cpu, Fragment, NOTHING, OnFragments, OnNearest, Prepared, Samples, ScreenTriangle, TileFragments,
+    },
 };
 use rayon::prelude::*;
 use std::{
@@ -103,17 +105,12 @@ impl Gpu {
     }
 
     /// See [`Backend::nearest`].
-    pub fn nearest(
-        &self,
-        prepared: &Prepared,
-        stop: &Stop,
-        tile: &(dyn Fn(u32, &[f32], &[u32]) + Sync),
-    ) -> Result<(), GpuError> {
+    fn try_nearest(&self, prepared: &Prepared, stop: &Stop, tile: &OnNearest) -> Result<(), GpuError> {
         let table = Table::new(prepared);
         // Three words a pixel, and two to read them back.
         for band in bands(prepared, &self.room, 20)? {
-            let (work, stop) = (Work::new(prepared, &band, &self.room)?, stop.clone());
-            let inner = stop.clone();
+            let work = Work::new(prepared, &band, &self.room)?;
+            let (inner, some_left) = (stop.clone(), work.some_left());
             let [least, greatest] = self.call(move |machine| machine.nearest(&work, &inner))?;
             let width = prepared.view.width as usize;
             band.tiles.into_par_iter().try_for_each_init(Samples::default, |samples, index| {
@@ -136,7 +133,7 @@ impl Gpu {
                     samples.depth[i] = seen.depth_at(f64::from(x) + 0.5, f64::from(y) + 0.5);
                     samples.triangle[i] = seen.triangle;
                 }
-                if table.some_left {
+                if some_left {
                     prepared.fragments_of(index, left_to_the_cpu(prepared), |x, y, f| {
                         let i = t.at(x, y);
                         let (z, number) = (&mut samples.depth[i], &mut samples.triangle[i]);
@@ -153,12 +150,7 @@ impl Gpu {
     }
 
     /// See [`Backend::fragments`].
-    pub fn fragments(
-        &self,
-        prepared: &Prepared,
-        stop: &Stop,
-        tile: &(dyn Fn(u32, &TileFragments) + Sync),
-    ) -> Result<(), GpuError> {
+    fn try_fragments(&self, prepared: &Prepared, stop: &Stop, tile: &OnFragments) -> Result<(), GpuError> {
         let table = Table::new(prepared);
         // Counts, cursors, and what they are read and written through. Bands whose lists do not fit are halved.
         let mut left = bands(prepared, &self.room, 16)?;
@@ -176,9 +168,9 @@ impl Gpu {
                 continue;
             }
             let starts = starts(&counts);
-            let (cursors, inner) = (starts.clone(), stop.clone());
+            let (cursors, inner, some_left) = (starts.clone(), stop.clone(), work.some_left());
             let list = self.call(move |machine| machine.list(&work, &cursors, total as usize, &inner))?;
-            let found = Found { band: &band, counts: &counts, starts: &starts, list: &list, table: &table };
+            let found = Found { band: &band, counts: &counts, starts: &starts, list: &list, table: &table, some_left };
             band.tiles.clone().into_par_iter().try_for_each_init(TileFragments::default, |buffer, index| {
                 stop.check()?;
                 found.collect(prepared, index, buffer)?;
@@ -187,6 +179,21 @@ impl Gpu {
             })?;
         }
         Ok(())
+    }
+
+    /// Does on the device what `gpu` does; where that fails, or the device is gone, what `cpu` does.
+    fn or_cpu(
+        &self,
+        gpu: impl FnOnce() -> Result<(), GpuError>,
+        cpu: impl FnOnce() -> Result<(), Stopped>,
+    ) -> Result<(), Stopped> {
+        if !self.gone.load(Ordering::Relaxed) {
+            match gpu() {
+                Ok(()) => return Ok(()),
+                Err(e) => self.take_over(e)?,
+            }
+        }
+        cpu()
     }
 
     /// The CPU takes over: for this once where memory is too small, for good where the device failed.
@@ -232,34 +239,12 @@ impl Gpu {
 }
 
 impl Backend for Gpu {
-    fn nearest(
-        &self,
-        prepared: &Prepared,
-        stop: &Stop,
-        tile: &(dyn Fn(u32, &[f32], &[u32]) + Sync),
-    ) -> Result<(), Stopped> {
-        if !self.gone.load(Ordering::Relaxed) {
-            match self.nearest(prepared, stop, tile) {
-                Ok(()) => return Ok(()),
-                Err(e) => self.take_over(e)?,
-            }
-        }
-        Cpu.nearest(prepared, stop, tile)
+    fn nearest(&self, prepared: &Prepared, stop: &Stop, tile: &OnNearest) -> Result<(), Stopped> {
+        self.or_cpu(|| self.try_nearest(prepared, stop, tile), || Cpu.nearest(prepared, stop, tile))
     }
 
-    fn fragments(
-        &self,
-        prepared: &Prepared,
-        stop: &Stop,
-        tile: &(dyn Fn(u32, &TileFragments) + Sync),
-    ) -> Result<(), Stopped> {
-        if !self.gone.load(Ordering::Relaxed) {
-            match self.fragments(prepared, stop, tile) {
-                Ok(()) => return Ok(()),
-                Err(e) => self.take_over(e)?,
-            }
-        }
-        Cpu.fragments(prepared, stop, tile)
+    fn fragments(&self, prepared: &Prepared, stop: &Stop, tile: &OnFragments) -> Result<(), Stopped> {
+        self.or_cpu(|| self.try_fragments(prepared, stop, tile), || Cpu.fragments(prepared, stop, tile))
     }
 }
 
@@ -288,6 +273,7 @@ struct Found<'a> {
     starts: &'a [u32],
     list: &'a [u32],
     table: &'a Table<'a>,
+    some_left: bool,
 }
 
 impl Found<'_> {
@@ -304,7 +290,7 @@ impl Found<'_> {
                 all.push((i as u32, Fragment { triangle: t.triangle, depth }));
             }
         }
-        if self.table.some_left {
+        if self.some_left {
             prepared.fragments_of(index, left_to_the_cpu(prepared), |x, y, f| all.push((tile.at(x, y) as u32, f)));
         }
         // As the CPU collects them: by ascending number.

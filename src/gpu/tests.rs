@@ -60,22 +60,7 @@ fn shaders_are_valid_and_share_the_structs() {
         }
         same!("Triangle", work::Triangle, corners, first, a, b, c, low, high, exponent, padding);
         same!("Item", work::Item, triangle, tile);
-        same!(
-            "Frame",
-            work::Frame,
-            width,
-            height,
-            first_row,
-            rows,
-            columns,
-            side,
-            items,
-            base,
-            perspective,
-            round,
-            padding_a,
-            padding_b
-        );
+        same!("Frame", work::Frame, width, height, first_row, columns, side, items, base, perspective, round);
     }
 }
 

@@ -36,15 +36,12 @@ pub struct Frame {
     pub width: u32,
     pub height: u32,
     pub first_row: u32,
-    pub rows: u32,
     pub columns: u32,
     pub side: u32,
     pub items: u32,
     pub base: u32,
     pub perspective: u32,
     pub round: u32,
-    pub padding_a: u32,
-    pub padding_b: u32,
 }
 
 /// Consecutive triangles of a view.
@@ -55,6 +52,8 @@ pub struct Batch {
     /// Those of at most 4×4 samples.
     pub small: Vec<Item>,
     pub large: Vec<Item>,
+    /// Shaders cannot decide on some of the triangles.
+    some_left: bool,
 }
 
 impl Triangle {
@@ -105,13 +104,14 @@ pub fn ordered(x: f32) -> u32 {
 impl Batch {
     /// The triangles of some of the view's chunks, with the tiles of `tiles` that they may cover.
     pub fn new(prepared: &Prepared, chunks: Range<usize>, base: u32, tiles: Range<u32>) -> Self {
-        let mut batch = Self { base, triangles: Vec::new(), small: Vec::new(), large: Vec::new() };
+        let mut batch = Self { base, triangles: Vec::new(), small: Vec::new(), large: Vec::new(), some_left: false };
         for chunk in &prepared.chunks()[chunks] {
             let first = batch.triangles.len() as u32;
             let mut known = Vec::with_capacity(chunk.triangles.len());
             for t in &chunk.triangles {
                 let triangle = Triangle::new(t, prepared);
                 known.push(triangle.is_some());
+                batch.some_left |= triangle.is_none();
                 batch.triangles.push(triangle.unwrap_or_default());
             }
             for tile in tiles.clone() {
@@ -142,7 +142,6 @@ impl Work {
             width: view.width,
             height: view.height,
             first_row: band.rows.start,
-            rows: band.rows.len() as u32,
             columns: grid.columns,
             side: grid.side,
             perspective: u32::from(prepared.camera.perspective),
@@ -151,6 +150,11 @@ impl Work {
         let batches = batches(prepared, room)?.into_par_iter();
         let batches = batches.map(|(chunks, base)| Batch::new(prepared, chunks, base, band.tiles.clone())).collect();
         Ok(Self { frame, pixels: band.rows.len() * view.width as usize, batches })
+    }
+
+    /// Whether shaders cannot decide on some of the view's triangles.
+    pub fn some_left(&self) -> bool {
+        self.batches.iter().any(|b| b.some_left)
     }
 }
 
@@ -237,8 +241,6 @@ pub struct Table<'a> {
     /// Number of each chunk's first triangle.
     first: Vec<u32>,
     count: u32,
-    /// Shaders cannot decide on some of them.
-    pub some_left: bool,
 }
 
 impl<'a> Table<'a> {
@@ -250,8 +252,7 @@ impl<'a> Table<'a> {
             count - c.triangles.len() as u32
         });
         let first = first.collect();
-        let some_left = chunks.par_iter().any(|c| c.triangles.iter().any(|t| Triangle::new(t, prepared).is_none()));
-        Self { prepared, first, count, some_left }
+        Self { prepared, first, count }
     }
 
     /// An error where a device gives a number that no triangle has.

@@ -5,25 +5,20 @@ use crate::math::{Stop, Stopped};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
+/// Receives what the pixels of a tile see: the tile's number, depths, triangles (as in [`super::Nearest`]).
+pub type OnNearest<'a> = dyn Fn(u32, &[f32], &[u32]) + Sync + 'a;
+/// Receives the fragments of a tile.
+pub type OnFragments<'a> = dyn Fn(u32, &TileFragments) + Sync + 'a;
+
 /// Carries out the rasteriser's operations on a prepared view. Every back end gives the same, bit for bit: which one it was
 /// changes how long a bake takes and nothing else.
 pub trait Backend: Send + Sync {
     /// Operation 1. Calls `tile(index, depth, triangle)` for every tile with what its pixels see (as in [`super::Nearest`]), several at a time;
     /// for one tile perhaps twice, with the same values.
-    fn nearest(
-        &self,
-        prepared: &Prepared,
-        stop: &Stop,
-        tile: &(dyn Fn(u32, &[f32], &[u32]) + Sync),
-    ) -> Result<(), Stopped>;
+    fn nearest(&self, prepared: &Prepared, stop: &Stop, tile: &OnNearest) -> Result<(), Stopped>;
 
     /// Operation 2. Calls `tile(index, fragments)` likewise.
-    fn fragments(
-        &self,
-        prepared: &Prepared,
-        stop: &Stop,
-        tile: &(dyn Fn(u32, &TileFragments) + Sync),
-    ) -> Result<(), Stopped>;
+    fn fragments(&self, prepared: &Prepared, stop: &Stop, tile: &OnFragments) -> Result<(), Stopped>;
 }
 
 /// The threads of the machine; the embedded default.
@@ -31,12 +26,7 @@ pub trait Backend: Send + Sync {
 pub struct Cpu;
 
 impl Backend for Cpu {
-    fn nearest(
-        &self,
-        prepared: &Prepared,
-        stop: &Stop,
-        tile: &(dyn Fn(u32, &[f32], &[u32]) + Sync),
-    ) -> Result<(), Stopped> {
+    fn nearest(&self, prepared: &Prepared, stop: &Stop, tile: &OnNearest) -> Result<(), Stopped> {
         let tiles = (0..prepared.tile_count() as u32).into_par_iter();
         tiles.try_for_each_init(Samples::default, |samples, index| {
             stop.check()?;
@@ -46,12 +36,7 @@ impl Backend for Cpu {
         })
     }
 
-    fn fragments(
-        &self,
-        prepared: &Prepared,
-        stop: &Stop,
-        tile: &(dyn Fn(u32, &TileFragments) + Sync),
-    ) -> Result<(), Stopped> {
+    fn fragments(&self, prepared: &Prepared, stop: &Stop, tile: &OnFragments) -> Result<(), Stopped> {
         let tiles = (0..prepared.tile_count() as u32).into_par_iter();
         tiles.try_for_each_init(TileFragments::default, |buffer, index| {
             stop.check()?;

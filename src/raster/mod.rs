@@ -30,7 +30,7 @@ mod tile;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub use backend::{Backend, Cpu};
+pub use backend::{Backend, Cpu, OnFragments, OnNearest};
 pub use camera::MAX_SIDE;
 pub use clip::Polygon;
 pub use coverage::{Coverage, coverage};

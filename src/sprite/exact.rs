@@ -5,13 +5,12 @@
 //! met exactly by the same rule, so no ray slips between them and none is counted twice.
 
 use super::Frame;
-use crate::raster::Geometry;
+use crate::{math::squared_distance, raster::Geometry};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 /// Triangles in a grid over the plane that rays cross.
 pub struct Exact {
-    frame: Frame,
     /// In texture space, the ray's axis (s) last: (t, r, s).
     triangles: Vec<[DVec3; 3]>,
     /// Cells along a side of the unit square.
@@ -31,7 +30,7 @@ impl Exact {
         let triangles: Vec<[DVec3; 3]> =
             (0..geometry.triangle_count()).into_par_iter().map(|t| geometry.positions(t).map(turn)).collect();
         let side = ((triangles.len() as f64).sqrt() as usize).clamp(1, 1024);
-        let mut exact = Self { frame: *frame, triangles, side, starts: vec![0; side * side + 1], list: Vec::new() };
+        let mut exact = Self { triangles, side, starts: vec![0; side * side + 1], list: Vec::new() };
         let cells =
             |t: &[DVec3; 3]| exact.cells(t[0].min(t[1]).min(t[2]).truncate(), t[0].max(t[1]).max(t[2]).truncate());
         let mut pairs: Vec<(u32, u32)> = exact
@@ -78,11 +77,7 @@ impl Exact {
     pub fn is_near(&self, point: DVec3, distance: f64) -> bool {
         let p = DVec3::new(point.y, point.z, point.x);
         let mut cells = self.cells(p.truncate() - distance, p.truncate() + distance);
-        cells.any(|cell| self.in_cell(cell).any(|t| distance_to(t, p) < distance))
-    }
-
-    pub fn frame(&self) -> &Frame {
-        &self.frame
+        cells.any(|cell| self.in_cell(cell).any(|t| squared_distance(*t, p) < distance * distance))
     }
 }
 
@@ -106,19 +101,4 @@ fn crossed_beyond(t: &[DVec3; 3], p: DVec3) -> bool {
     let n = (b - a).cross(c - a);
     // Seen edge-on it is crossed by its neighbours or not at all.
     n.z != 0.0 && n.dot(a - p) / n.z > 0.0
-}
-
-/// Distance of a point from a triangle.
-fn distance_to([a, b, c]: &[DVec3; 3], p: DVec3) -> f64 {
-    let segment = |a: DVec3, b: DVec3| {
-        let length = (b - a).length_squared();
-        let t = if length > 0.0 { ((p - a).dot(b - a) / length).clamp(0.0, 1.0) } else { 0.0 };
-        p.distance(a + (b - a) * t)
-    };
-    let n = (*b - *a).cross(*c - *a);
-    let above = |a: DVec3, b: DVec3| (b - a).cross(p - a).dot(n) >= 0.0;
-    if n.length_squared() > 0.0 && above(*a, *b) && above(*b, *c) && above(*c, *a) {
-        return n.dot(p - *a).abs() / n.length();
-    }
-    segment(*a, *b).min(segment(*b, *c)).min(segment(*c, *a))
 }

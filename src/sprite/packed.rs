@@ -14,6 +14,7 @@ use super::{
     LayeredDepthImage, Region,
     layered::{INVALID, texel, within},
 };
+use std::ops::Range;
 
 /// How an image is packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -26,6 +27,16 @@ pub enum Layout {
 
 impl Layout {
     pub const ALL: [Self; 4] = [Self::Raw, Self::Ranges, Self::Rows, Self::Runs];
+
+    /// As it stands in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Raw => "raw",
+            Self::Ranges => "ranges",
+            Self::Rows => "rows",
+            Self::Runs => "runs",
+        }
+    }
 }
 
 /// A part of a packed image's file.
@@ -44,13 +55,14 @@ pub struct Section {
 pub struct Packed {
     size: [u32; 2],
     region: Region,
+    depth_complexity: u32,
     data: Data,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 enum Data {
     /// Layer by layer.
-    Raw { layers: u32, depths: Vec<f32> },
+    Raw { depths: Vec<f32> },
     /// (offset, count) for every texel, then (start, end) of every range as the bits of floats, then zeros.
     Ranges { side: u32, ranges: usize, texels: Vec<[u32; 2]> },
     /// `before[row]` ranges come before the row, `prefix[texel]` of its row before the texel.
@@ -82,7 +94,7 @@ impl Packed {
             Layout::Rows => rows(image)?,
             Layout::Runs => runs(image)?,
         };
-        Some(Self { size: image.size(), region: image.region(), data })
+        Some(Self { size: image.size(), region: image.region(), depth_complexity: image.depth_complexity(), data })
     }
 
     /// In the layout with the fewest values; of equals the first of [`Layout::ALL`]. `None` where none holds the image.
@@ -107,7 +119,7 @@ impl Packed {
 
     /// Most depths of a texel.
     pub fn depth_complexity(&self) -> u32 {
-        (0..self.region.texels()).map(|i| self.ray(i).len() as u32).max().unwrap_or(0)
+        self.depth_complexity
     }
 
     pub fn region(&self) -> Region {
@@ -117,7 +129,7 @@ impl Packed {
     /// Values of 32 bits, without what only fills up the texture.
     pub fn values(&self) -> usize {
         match &self.data {
-            Data::Raw { depths, .. } => depths.len(),
+            Data::Raw { depths } => depths.len(),
             Data::Ranges { ranges, .. } => 2 * (self.region.texels() + ranges),
             Data::Rows { before, prefix, ranges } => before.len() + prefix.len().div_ceil(2) + 2 * ranges.len(),
             Data::Runs { first, runs, ranges } => first.len() + 3 * runs.len() + 2 * ranges.len(),
@@ -141,7 +153,7 @@ impl Packed {
             bytes.extend_from_slice(section);
         };
         match &self.data {
-            Data::Raw { depths, .. } => put("depths", "f32", depths.len(), bytemuck::cast_slice(depths)),
+            Data::Raw { depths } => put("depths", "f32", depths.len(), bytemuck::cast_slice(depths)),
             Data::Ranges { texels, .. } => put("texels", "u32x2", texels.len(), bytemuck::cast_slice(texels)),
             Data::Rows { before, prefix, ranges } => {
                 put("before", "u32", before.len(), bytemuck::cast_slice(before));
@@ -164,11 +176,12 @@ impl Packed {
 
     /// The depths of texel `i` of the region.
     fn ray(&self, i: usize) -> Vec<f32> {
+        let width = self.region.width as usize;
         let flat = |ranges: &[[f32; 2]]| ranges.as_flattened().to_vec();
         match &self.data {
-            Data::Raw { layers, depths } => {
+            Data::Raw { depths } => {
                 let n = self.region.texels();
-                let ray = (0..*layers as usize).map(|k| depths[k * n + i]);
+                let ray = depths.iter().skip(i).step_by(n).copied();
                 ray.take_while(|d| *d != INVALID).collect()
             }
             Data::Ranges { texels, .. } => {
@@ -176,14 +189,8 @@ impl Packed {
                 let list = &texels[offset as usize..offset as usize + count as usize];
                 list.iter().flatten().map(|bits| f32::from_bits(*bits)).collect()
             }
-            Data::Rows { ranges, .. } => {
-                let (from, to) = self.row_ranges(i);
-                flat(&ranges[from..to])
-            }
-            Data::Runs { ranges, .. } => {
-                let (from, to) = self.run_ranges(i);
-                flat(&ranges[from..to])
-            }
+            Data::Rows { before, prefix, ranges } => flat(&ranges[row_ranges(width, before, prefix, i)]),
+            Data::Runs { first, runs, ranges } => flat(&ranges[run_ranges(width, first, runs, i)]),
         }
     }
 
@@ -191,11 +198,11 @@ impl Packed {
     #[inline]
     pub fn contains(&self, point: [f32; 3]) -> bool {
         let Some(i) = texel(self.size, &self.region, point) else { return false };
-        let z = point[2];
+        let (z, width) = (point[2], self.region.width as usize);
         match &self.data {
-            Data::Raw { layers, depths } => {
+            Data::Raw { depths } => {
                 let n = self.region.texels();
-                for k in (0..*layers as usize).step_by(2) {
+                for k in (0..self.depth_complexity as usize).step_by(2) {
                     // Ranges are sorted: what begins deeper, and all that is invalid, cannot hold the point.
                     if depths[k * n + i] > z {
                         return false;
@@ -211,47 +218,41 @@ impl Packed {
                 let list = &texels[offset as usize..offset as usize + count as usize];
                 list.iter().any(|[s, e]| f32::from_bits(*s) <= z && z <= f32::from_bits(*e))
             }
-            Data::Rows { ranges, .. } => {
-                let (from, to) = self.row_ranges(i);
-                within(ranges[from..to].as_flattened(), z)
+            Data::Rows { before, prefix, ranges } => {
+                within(ranges[row_ranges(width, before, prefix, i)].as_flattened(), z)
             }
-            Data::Runs { ranges, .. } => {
-                let (from, to) = self.run_ranges(i);
-                within(ranges[from..to].as_flattened(), z)
-            }
+            Data::Runs { first, runs, ranges } => within(ranges[run_ranges(width, first, runs, i)].as_flattened(), z),
         }
     }
+}
 
-    #[inline]
-    fn row_ranges(&self, i: usize) -> (usize, usize) {
-        let Data::Rows { before, prefix, .. } = &self.data else { return (0, 0) };
-        let width = self.region.width as usize;
-        let (row, last) = (i / width, (i + 1).is_multiple_of(width));
-        let from = before[row] as usize + usize::from(prefix[i]);
-        let to = if last { before[row + 1] as usize } else { before[row] as usize + usize::from(prefix[i + 1]) };
-        (from, to)
-    }
+/// The ranges of texel `i` of the layout `rows`.
+#[inline]
+fn row_ranges(width: usize, before: &[u32], prefix: &[u16], i: usize) -> Range<usize> {
+    let (row, last) = (i / width, (i + 1).is_multiple_of(width));
+    let start = before[row] as usize;
+    let end = if last { before[row + 1] as usize } else { start + usize::from(prefix[i + 1]) };
+    start + usize::from(prefix[i])..end
+}
 
-    #[inline]
-    fn run_ranges(&self, i: usize) -> (usize, usize) {
-        let Data::Runs { first, runs, .. } = &self.data else { return (0, 0) };
-        let width = self.region.width as usize;
-        let (row, x) = (i / width, (i % width) as u16);
-        let list = &runs[first[row] as usize..first[row + 1] as usize];
-        let Some(run) = list.partition_point(|run| run.x <= x).checked_sub(1).map(|k| list[k]) else { return (0, 0) };
-        let along = x - run.x;
-        if along >= run.length {
-            return (0, 0);
-        }
-        let from = run.start as usize + usize::from(along) * run.count as usize;
-        (from, from + run.count as usize)
+/// The ranges of texel `i` of the layout `runs`.
+#[inline]
+fn run_ranges(width: usize, first: &[u32], runs: &[Run], i: usize) -> Range<usize> {
+    let (row, x) = (i / width, (i % width) as u16);
+    let list = &runs[first[row] as usize..first[row + 1] as usize];
+    let Some(k) = list.partition_point(|run| run.x <= x).checked_sub(1) else { return 0..0 };
+    let (run, along) = (list[k], x - list[k].x);
+    if along >= run.length {
+        return 0..0;
     }
+    let from = run.start as usize + usize::from(along) * run.count as usize;
+    from..from + run.count as usize
 }
 
 fn raw(image: &LayeredDepthImage) -> Option<Data> {
     let layers = image.depth_complexity();
     u32::try_from(layers as usize * image.region().texels()).ok()?;
-    Some(Data::Raw { layers, depths: (0..layers as usize).flat_map(|i| image.layer(i)).collect() })
+    Some(Data::Raw { depths: (0..layers as usize).flat_map(|i| image.layer(i)).collect() })
 }
 
 /// Extract and pack.

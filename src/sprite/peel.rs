@@ -9,6 +9,7 @@ use crate::{
     raster::{Backend, Geometry, MAX_SIDE, Options, Prepared, TileFragments, fragments_in_tiles},
 };
 use glam::{DAffine3, DMat3, DVec3};
+use rayon::prelude::*;
 
 /// The unit cube around a solid, turned so that rays run along its third axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,13 +27,13 @@ impl Frame {
     /// The smallest cube so turned around all triangles; `None` where there are none, or where they have no finite extent above 0.
     pub fn around(geometry: &Geometry, direction: &Direction) -> Option<Self> {
         let [right, up, forward] = direction.axes();
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for t in 0..geometry.triangle_count() {
-            for p in geometry.positions(t) {
-                let q = DVec3::new(p.dot(right), p.dot(up), p.dot(forward));
-                (low, high) = (low.min(q), high.max(q));
-            }
-        }
+        let turned = |t: u32| geometry.positions(t).map(|p| DVec3::new(p.dot(right), p.dot(up), p.dot(forward)));
+        let (low, high) = (0..geometry.triangle_count())
+            .into_par_iter()
+            .map(turned)
+            .map(|[a, b, c]| (a.min(b).min(c), a.max(b).max(c)))
+            // Least and greatest are the same in any order.
+            .reduce(|| (DVec3::INFINITY, DVec3::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
         let side = (high - low).max_element();
         let middle = (low + high) * 0.5;
         let centre = right * middle.x + up * middle.y + forward * middle.z;

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{
-    math::Stop,
+    math::{Stop, squared_distance},
     raster::{
         Cpu, Geometry,
         tests::{mesh, octahedron, scene},
@@ -49,19 +49,6 @@ fn exact(geometry: &Geometry, p: DVec3) -> bool {
     (0..geometry.triangle_count()).filter(crossed).count() % 2 == 1
 }
 
-fn distance_to_triangle([a, b, c]: [DVec3; 3], p: DVec3) -> f64 {
-    let segment = |a: DVec3, b: DVec3| {
-        let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-        p.distance(a + (b - a) * t)
-    };
-    let n = (b - a).cross(c - a);
-    let edges = [(a, b), (b, c), (c, a)];
-    if edges.iter().all(|(s, e)| (*e - *s).cross(p - *s).dot(n) >= 0.0) {
-        return n.dot(p - a).abs() / n.length();
-    }
-    edges.iter().map(|(s, e)| segment(*s, *e)).fold(f64::INFINITY, f64::min)
-}
-
 /// Image and all layouts answer alike, and as the mesh itself where a point is farther than 0.75 texel from the surface; how
 /// many points were inside.
 fn check(scene: &Scene, forward: DVec3, resolution: u32) -> usize {
@@ -82,13 +69,33 @@ fn check(scene: &Scene, forward: DVec3, resolution: u32) -> usize {
         for p in &packed {
             assert_eq!(p.contains(point), found, "{:?} {point:?}", p.layout());
         }
-        let nearest = (0..geometry.triangle_count()).map(|t| distance_to_triangle(geometry.positions(t), world));
+        let nearest = (0..geometry.triangle_count()).map(|t| squared_distance(geometry.positions(t), world).sqrt());
         if nearest.fold(f64::INFINITY, f64::min) > 0.75 * frame.side() / f64::from(resolution) {
             assert_eq!(found, exact(&geometry, world), "{world} {point:?}");
         }
         inside += usize::from(found);
     }
     inside
+}
+
+#[test]
+fn the_grid_answers_as_all_triangles_do() {
+    let concave = together(&[octahedron(2), cuboid([0.5, -0.3, -0.4], [3.0, 0.2, 0.6])]);
+    let geometry = Geometry::new(&concave);
+    let frame = Frame::around(&geometry, &Direction::new(DVec3::new(0.3, -0.8, 0.5)).unwrap()).unwrap();
+    let (judge, from_texture) = (Exact::new(&geometry, &frame), frame.to_texture().inverse());
+    let sequence = crate::math::Sequence::<3>::new(2);
+    let mut inside = 0;
+    for i in 0..3000 {
+        let point = DVec3::from(sequence.point(i));
+        let world = from_texture.transform_point3(point);
+        assert_eq!(judge.contains(point), exact(&geometry, world), "{world}");
+        let nearest = (0..geometry.triangle_count()).map(|t| squared_distance(geometry.positions(t), world).sqrt());
+        let nearest = nearest.fold(f64::INFINITY, f64::min) / frame.side();
+        assert!(judge.is_near(point, nearest * 1.001 + 1e-9) && !judge.is_near(point, nearest * 0.999));
+        inside += usize::from(judge.contains(point));
+    }
+    assert!(inside > 100, "{inside}");
 }
 
 #[test]
