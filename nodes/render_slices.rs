@@ -70,14 +70,14 @@ pub struct RenderSlices;
 
 impl Node for RenderSlices {
     const KIND: &'static str = "render-slices";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     type Params = Params;
     type In = In;
     type Out = Out;
 
     fn memory(params: &Params, sizes: &[u64]) -> u64 {
-        // Triangles in world space and snapped are about eight times their stored size; a batch of masks; about three
-        // visible voxels in each of the pixels, with their samples while they are coloured.
+        // Triangles in world space and snapped are about eight times their stored size; about three visible voxels in each
+        // of the pixels, and bits of the filled ones.
         let pixels = u64::from(params.resolution) * u64::from(params.resolution) * 3 / 2;
         (256 << 20) + sizes.first().map_or(0, |s| s * 8) + pixels * 100
     }
@@ -121,7 +121,8 @@ impl Node for RenderSlices {
             max_side: crate::raster::MAX_SIDE / samples,
         };
         let slices = frame(cell, &soup.corners, &lens, ctx.stop).map_err(|e| NodeError::from_error(&e))?;
-        let fields = slice(scene, &geometry, &soup, &slices, samples, params.skirt, ctx.stop)?;
+        let backend = super::backend(ctx);
+        let fields = slice(backend, scene, &geometry, &soup, &slices, samples, params.skirt, ctx.stop)?;
         if fields.iter().all(|f| f.voxels.is_empty()) {
             return Err(NodeError::Failed(
                 "nothing can be seen from the cell: no sample of any layer is covered, the stand-in would be empty"

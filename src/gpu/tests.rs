@@ -9,6 +9,11 @@ use crate::{
     },
     scene::{Alpha, Image, Material, Scene, Texture, Wrap, builtin},
     sprite::{Direction, Layout, Packed, Repair, peel},
+    voxel::{
+        Cell,
+        frusta::{Lens, frame},
+        slicing::{Soup, slice},
+    },
 };
 use glam::{DVec3, Mat4, Vec3};
 use proptest::prelude::*;
@@ -314,6 +319,24 @@ fn parity_of_points_in_sprites() {
             assert!(found == expect, "{layout:?}");
             assert!(found.iter().filter(|f| **f).count() > 1000);
         }
+    }
+}
+
+#[test]
+fn parity_of_slices() {
+    let Some(gpu) = gpu() else { return };
+    for (name, half) in [("car", 1.0), ("solids", 0.4)] {
+        let scene = builtin::make(name, 1).unwrap();
+        let (geometry, stop) = (Geometry::new(&scene), Stop::default());
+        let centre = DVec3::new(0.3, 1.1, 9.7);
+        let cell = Cell { centre, half: DVec3::splat(half) };
+        let soup = Soup::new(&geometry, centre);
+        let lens = Lens { resolution: 300, fov: 0.8, max_layers: 200, max_side: 4000 };
+        let slices = frame(&cell, &soup.corners, &lens, &stop).unwrap();
+        let by = |backend| slice(backend, &scene, &geometry, &soup, &slices, 2, 2, &stop).unwrap();
+        let fields = by(gpu);
+        assert!(fields == by(&Cpu), "{name}");
+        assert!(fields.iter().map(|f| f.voxels.len()).sum::<usize>() > 500, "{name}");
     }
 }
 

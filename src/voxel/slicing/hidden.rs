@@ -5,11 +5,16 @@
 //! Outside an image everything is empty, except across a shared edge of two cube faces: there the other face's pixels
 //! count. At a corner of the cube the missing diagonal neighbour counts as set where both its neighbours are.
 
-use super::mask::{self, Shape};
-use crate::voxel::{Across, Frustum, Side, valid::SIDES};
+use super::{
+    mask::{self, Shape},
+    samples::Part,
+    skirt,
+};
+use crate::voxel::{Across, Frustum, Side, Voxel, valid::SIDES};
+use bytemuck::Zeroable;
 use rayon::prelude::*;
 
-/// H and a place for S ∪ H, for every frustum.
+/// H and S, for every frustum.
 pub struct Hidden {
     images: Vec<Image>,
 }
@@ -18,22 +23,14 @@ struct Image {
     shape: Shape,
     across: [Option<Across>; 4],
     hidden: Vec<u64>,
+    /// S while it is filled, then S ∪ H.
     union: Vec<u64>,
     /// H eroded 1, 2, … `skirt` times: what is hidden deeper.
     deeper: Vec<Vec<u64>>,
 }
 
-/// Rows of a band in one layer, without apron: S_k, of which the voxels to keep are left, and room for what is known of them.
-pub struct Rows<'a> {
-    pub filled: &'a mut [u64],
-    /// Those that are hidden.
-    pub hidden: &'a mut [u64],
-    /// For each row one row per [`Side`]: those whose neighbour there is hidden deeper.
-    pub inside: &'a mut [u64],
-}
-
 /// Rows that one task works on.
-pub const BAND: usize = 32;
+const BAND: usize = 32;
 
 impl Hidden {
     pub fn new(frusta: &[Frustum], skirt: u32) -> Self {
@@ -46,17 +43,29 @@ impl Hidden {
         Self { images: frusta.iter().map(image).collect() }
     }
 
-    /// Takes S_k out of `bands[frustum][band]` ([`BAND`] rows each) and leaves the pixels to keep there; H_k becomes H_{k+1}.
-    pub fn step(&mut self, bands: &mut [Vec<Rows>]) {
-        for (image, bands) in self.images.iter_mut().zip(bands) {
-            image.deepen();
-            image.unite(bands);
+    /// Adds pixels to S_k of a frustum.
+    pub fn fill<'a>(&mut self, frustum: usize, parts: impl IntoIterator<Item = &'a Part>) {
+        let image = &mut self.images[frustum];
+        for part in parts {
+            image.union[image.shape.row(part.y.into()) + part.word as usize] |= part.bits;
         }
+    }
+
+    /// The voxels of S_k to keep, in each frustum by (y, x), without colour; those that are hidden have the ring
+    /// [`skirt::UNREACHED`]. H_k becomes H_{k+1}, and S is empty again.
+    pub fn step(&mut self, layer: u16) -> Vec<Vec<Voxel>> {
+        let kept = self.images.iter_mut().map(|image| {
+            image.deepen();
+            image.unite(layer)
+        });
+        let kept = kept.collect();
         let aprons: Vec<_> = (0..self.images.len()).map(|i| self.apron(i)).collect();
         for (image, lines) in self.images.iter_mut().zip(aprons) {
             image.set_apron(&lines);
             erode(image.shape, &image.union, &mut image.hidden);
+            image.union.fill(0);
         }
+        kept
     }
 
     /// The pixels across each side of image `i`, in that side's own order.
@@ -81,20 +90,21 @@ impl Image {
         }
     }
 
-    fn unite(&mut self, bands: &mut [Rows]) {
+    /// Makes S ∪ H of S; the voxels to keep.
+    fn unite(&mut self, layer: u16) -> Vec<Voxel> {
         let n = self.shape.words;
         let rows = n..n * (self.shape.height as usize + 1);
         let (hidden, deeper) = (&self.hidden, &self.deeper);
-        let union = self.union[rows].par_chunks_mut(n * BAND);
-        union.zip(bands.par_iter_mut()).enumerate().for_each(|(band, (union, rows))| {
-            let deepest = deeper.last().unwrap_or(hidden);
-            for (i, u) in union.iter_mut().enumerate() {
+        let deepest = deeper.last().unwrap_or(hidden);
+        let bands = self.union[rows].par_chunks_mut(n * BAND).enumerate().map(|(band, union)| {
+            let mut voxels = Vec::new();
+            for (i, word) in union.iter_mut().enumerate() {
                 let at = n + band * n * BAND + i;
-                let s = rows.filled[i];
-                *u = s | hidden[at];
-                let kept = s & !deepest[at];
-                rows.filled[i] = kept;
-                rows.hidden[i] = kept & hidden[at];
+                let kept = *word & !deepest[at];
+                *word |= hidden[at];
+                if kept == 0 {
+                    continue;
+                }
                 // As deep as the voxel itself, and deeper: visible and hidden, hidden and hidden deeper, …
                 let mut inside = [0; 4];
                 let mut here = kept;
@@ -108,11 +118,24 @@ impl Image {
                     }
                     here = rest;
                 }
-                for (side, inside) in inside.into_iter().enumerate() {
-                    rows.inside[(i / n * 4 + side) * n + i % n] = inside;
+                let mut rest = kept;
+                while rest != 0 {
+                    let bit = rest.trailing_zeros();
+                    rest &= rest - 1;
+                    let sides = inside.iter().enumerate().map(|(side, bits)| ((bits >> bit & 1) as u8) << side);
+                    voxels.push(Voxel {
+                        x: (i % n * 64 + bit as usize - 1) as u16,
+                        y: (band * BAND + i / n) as u16,
+                        layer,
+                        ring: if hidden[at] >> bit & 1 == 1 { skirt::UNREACHED } else { 0 },
+                        inside: sides.sum(),
+                        ..Voxel::zeroed()
+                    });
                 }
             }
+            voxels
         });
+        bands.collect::<Vec<_>>().concat()
     }
 
     /// The pixels along a side of S ∪ H.

@@ -1,14 +1,14 @@
 //! The same field by its definition: one pass per layer, pixel by pixel, sample by sample.
 
 use super::{
-    prepare::{Cut, Prepared, Screen, Soup, sample_view},
+    Face, Soup,
+    cuts::{Cut, meets},
     slice,
-    spans::{STEPS, Samples, edge},
 };
 use crate::{
     image::srgb,
     math::Stop,
-    raster::{Camera, Geometry, Holes, Shader},
+    raster::{Cpu, Fragments, Geometry, Holes, Options, Shader, fragments},
     scene::{Alpha, Image, Material, Mesh, Object, Part, Scene, Texture, Wrap},
     voxel::{
         Cell, Field, Slices,
@@ -22,100 +22,70 @@ use std::{collections::BTreeMap, sync::Arc};
 /// What the literal field holds of a voxel, by (layer, y, x): colour, object, ring, inside.
 type Literal = BTreeMap<(u16, u16, u16), ([u8; 3], String, u8, u8)>;
 
-struct Face<'a> {
+struct Slow<'a> {
     slices: &'a Slices,
-    index: usize,
-    screen: Screen,
-    prepared: Prepared,
-    inverse: Vec<f64>,
-    samples: Samples,
-    camera: Camera,
-    geometry: &'a Geometry,
-    soup: &'a Soup,
+    face: Face<'a>,
+    fragments: Fragments,
 }
 
-/// Whether a segment meets a closed pixel, by separating axes.
-fn meets([a, b]: [[i32; 2]; 2], x: i64, y: i64) -> bool {
-    let [ax, ay, bx, by] = [a[0], a[1], b[0], b[1]].map(i64::from);
-    let (l, t) = (x * STEPS, y * STEPS);
-    let (r, d) = (l + STEPS, t + STEPS);
-    let side = |x: i64, y: i64| ((bx - ax) * (y - ay) - (by - ay) * (x - ax)).signum();
-    let sides = [side(l, t), side(r, t), side(l, d), side(r, d)];
-    let beyond = ax.max(bx) < l || ax.min(bx) > r || ay.max(by) < t || ay.min(by) > d;
-    !beyond && !sides.iter().all(|s| *s > 0) && !sides.iter().all(|s| *s < 0)
-}
+impl Slow<'_> {
+    /// The layer of a depth: the last border in front of it.
+    fn layer(&self, depth: f32) -> u16 {
+        let inner = self.slices.borders[1..self.slices.layers.len()].iter();
+        inner.filter(|b| **b <= f64::from(depth)).count() as u16
+    }
 
-impl Face<'_> {
-    /// All (inverse depth, source) at a sample in a layer.
-    fn hits(&self, layer: u16, sx: i32, sy: i32) -> Vec<(f64, u32)> {
-        let mut holes = Holes::seen_by(self.geometry, self.camera);
-        let mut all = vec![];
-        for item in self.prepared.items.iter().filter(|i| i.first <= layer && layer <= i.last) {
-            let (x, y) = (self.samples.step(sx), self.samples.step(sy));
-            let covered = self.prepared.pieces(item).iter().any(|p| (0..3).all(|i| edge(p, i, x, y) >= 0));
-            let depths = item.depths(&self.inverse);
-            let q = depths.at(self.samples, sx, sy);
-            let number = self.soup.numbers[item.source as usize];
-            if covered && depths.layer(q) == layer && holes.solid(number, f64::from(sx) + 0.5, f64::from(sy) + 0.5) {
-                all.push((q, item.source));
-            }
-        }
-        all
+    /// All (depth, triangle) at a sample in a layer.
+    fn hits(&self, layer: u16, [sx, sy]: [u32; 2]) -> Vec<(f32, u32)> {
+        let all = self.fragments.of(sx, sy).iter().filter(|f| self.layer(f.depth) == layer);
+        all.map(|f| (f.depth, f.triangle)).collect()
     }
 
     /// All cuts along the layer's two borders that touch a pixel: squared distance, source, weights.
     fn cuts(&self, layer: u16, x: u32, y: u32) -> Vec<(f64, u32, [f64; 3])> {
-        let mut holes = Holes::seen_by(self.geometry, self.camera);
+        let mut holes = Holes::new(&self.face.prepared);
         let mut all = vec![];
-        for item in &self.prepared.items {
-            for border in [layer, layer + 1].into_iter().filter(|b| item.cuts().contains(b)) {
+        for (source, corners) in self.face.soup.corners.iter().enumerate() {
+            for border in [layer, layer + 1].into_iter().filter(|b| usize::from(*b) < self.slices.layers.len()) {
                 let distance = self.slices.borders[usize::from(border)];
-                let Some(cut) = Cut::new(&self.soup.corners[item.source as usize], distance, &self.screen) else {
-                    continue;
-                };
+                let Some(cut) = Cut::new(corners, distance, &self.face.screen) else { continue };
                 let (d, w) = cut.nearest(x, y);
-                let number = self.soup.numbers[item.source as usize];
+                let number = self.face.soup.numbers[source];
                 if meets(cut.ends, i64::from(x), i64::from(y)) && holes.solid_at(number, w) {
-                    all.push((d, item.source, w));
+                    all.push((d, source as u32, w));
                 }
             }
         }
         all
     }
 
-    fn samples_of(&self, x: u32, y: u32) -> Vec<(i32, i32)> {
-        let n = self.samples.0 as i32;
-        (0..n).flat_map(|j| (0..n).map(move |i| (x as i32 * n + i, y as i32 * n + j))).collect()
-    }
-
     fn filled(&self, layer: u16, x: u32, y: u32) -> bool {
-        !self.cuts(layer, x, y).is_empty()
-            || self.samples_of(x, y).iter().any(|(sx, sy)| !self.hits(layer, *sx, *sy).is_empty())
+        !self.cuts(layer, x, y).is_empty() || self.face.samples_of(x, y).any(|s| !self.hits(layer, s).is_empty())
     }
 
     fn color(&self, shader: &Shader, layer: u16, x: u32, y: u32) -> ([u8; 3], u32) {
-        let view = sample_view(self.slices, &self.slices.frusta[self.index], self.samples.0);
+        let (view, geometry) = (&self.face.prepared.view, self.face.prepared.geometry);
         let mut seen = vec![];
-        for (sx, sy) in self.samples_of(x, y) {
-            let nearest = self.hits(layer, sx, sy).into_iter().reduce(|a, b| if b > a { b } else { a });
-            if let Some((q, source)) = nearest {
-                let number = self.soup.numbers[source as usize];
-                let s = shader.shade(&view, f64::from(sx) + 0.5, f64::from(sy) + 0.5, number);
-                seen.push((s.color, self.geometry.object_of(number), q));
+        for sample in self.face.samples_of(x, y) {
+            let nearest = self.hits(layer, sample).into_iter().reduce(|a, b| if b < a { b } else { a });
+            if let Some((depth, number)) = nearest {
+                let [px, py] = sample.map(|s| f64::from(s) + 0.5);
+                seen.push((shader.shade(view, px, py, number).color, geometry.object_of(number), depth));
             }
         }
         if seen.is_empty() {
             let cuts = self.cuts(layer, x, y);
             let (_, source, w) = cuts.into_iter().reduce(|a, b| if (b.0, b.1) < (a.0, a.1) { b } else { a }).unwrap();
-            let number = self.soup.numbers[source as usize];
-            seen.push((shader.facet(&self.camera, number).point(w).color, self.geometry.object_of(number), 0.0));
+            let number = self.face.soup.numbers[source as usize];
+            let point = shader.facet(&self.face.prepared.camera, number).point(w);
+            seen.push((point.color, geometry.object_of(number), 0.0));
         }
         let mean = |k: usize| srgb::from_linear(seen.iter().fold(0.0, |s, c| s + c.0[k]) / seen.len() as f32);
         let votes = |o: u32| seen.iter().filter(|s| s.1 == o).count();
-        let depth = |o: u32| seen.iter().filter(|s| s.1 == o).map(|s| s.2).fold(0.0, f64::max);
+        let depth = |o: u32| seen.iter().filter(|s| s.1 == o).map(|s| s.2).fold(f32::INFINITY, f32::min);
         let best = |a: u32, b: u32| {
             let better =
-                (votes(b), depth(b)) > (votes(a), depth(a)) || ((votes(b), depth(b)) == (votes(a), depth(a)) && b < a);
+                (votes(b), depth(a)) > (votes(a), depth(b)) || ((votes(b), depth(b)) == (votes(a), depth(a)) && b < a);
             if better { b } else { a }
         };
         ([mean(0), mean(1), mean(2)], seen.iter().map(|s| s.1).reduce(best).unwrap())
@@ -145,23 +115,14 @@ fn locate(slices: &Slices, i: usize, x: i64, y: i64) -> Option<(usize, usize)> {
 fn literal(scene: &Scene, geometry: &Geometry, slices: &Slices, n: u32, skirt: u8) -> Vec<Literal> {
     let soup = Soup::new(geometry, slices.cell.centre);
     let shader = Shader::new(geometry);
-    let face = |(index, f)| {
-        let screen = Screen::new(f, slices.borders[0]);
-        Face {
-            slices,
-            index,
-            prepared: Prepared::new(&soup, slices, &screen, &Stop::default()).unwrap(),
-            screen,
-            inverse: slices.borders.iter().map(|b| 1.0 / b).collect(),
-            samples: Samples(n),
-            camera: Camera::new(&sample_view(slices, f, n)),
-            geometry,
-            soup: &soup,
-        }
+    let face = |f| {
+        let face = Face::new(geometry, &soup, slices, f, n, &Stop::default()).unwrap();
+        let fragments = fragments(&Cpu, geometry, &face.prepared.view, &Options::default(), &Stop::default()).unwrap();
+        Slow { slices, face, fragments }
     };
-    let faces: Vec<_> = slices.frusta.iter().enumerate().map(face).collect();
-    let pixels = |f: &Face| f.screen.width * f.screen.height;
-    let look = |f: &Face, layer: u16, x: u32, y: u32, ring: u8, inside: u8| {
+    let faces: Vec<_> = slices.frusta.iter().map(face).collect();
+    let pixels = |f: &Slow| f.face.screen.width * f.face.screen.height;
+    let look = |f: &Slow, layer: u16, x: u32, y: u32, ring: u8, inside: u8| {
         let (color, object) = f.color(&shader, layer, x, y);
         (color, scene.objects[object as usize].name.clone(), ring, inside)
     };
@@ -172,10 +133,12 @@ fn literal(scene: &Scene, geometry: &Geometry, slices: &Slices, n: u32, skirt: u
     for layer in 0..slices.layers.len() as u16 {
         let filled: Vec<Vec<bool>> = faces
             .iter()
-            .map(|f| (0..pixels(f)).map(|i| f.filled(layer, i % f.screen.width, i / f.screen.width)).collect())
+            .map(|f| {
+                (0..pixels(f)).map(|i| f.filled(layer, i % f.face.screen.width, i / f.face.screen.width)).collect()
+            })
             .collect();
         for (k, f) in faces.iter().enumerate() {
-            let (w, h, reach) = (f.screen.width as i64, f.screen.height as i64, i64::from(skirt));
+            let (w, h, reach) = (f.face.screen.width as i64, f.face.screen.height as i64, i64::from(skirt));
             let shown = |x: i64, y: i64| x < 0 || y < 0 || x >= w || y >= h || !hidden[k][(y * w + x) as usize];
             // Whether all pixels less than d away are hidden.
             let deep = |x: i64, y: i64, d: i64| (1 - d..d).all(|j| (1 - d..d).all(|i| !shown(x + i, y + j)));
@@ -196,7 +159,7 @@ fn literal(scene: &Scene, geometry: &Geometry, slices: &Slices, n: u32, skirt: u
         let opaque =
             |k: usize, x: i64, y: i64| locate(slices, k, x, y).is_some_and(|(f, i)| filled[f][i] || hidden[f][i]);
         let next = faces.iter().enumerate().map(|(k, f)| {
-            let (w, h) = (i64::from(f.screen.width), i64::from(f.screen.height));
+            let (w, h) = (i64::from(f.face.screen.width), i64::from(f.face.screen.height));
             let inside = |v: i64, n: i64| (0..n).contains(&v);
             let neighbour = |x: i64, y: i64| {
                 if inside(x, w) || inside(y, h) {
@@ -283,7 +246,7 @@ fn check(scene: &Scene, cell: &Cell, lens: &Lens, n: u32, skirt: u8) -> Option<S
     let stop = Stop::default();
     let soup = Soup::new(&geometry, cell.centre);
     let slices = frame(cell, &soup.corners, lens, &stop).ok()?;
-    let fields = slice(scene, &geometry, &soup, &slices, n, skirt.into(), &stop).unwrap();
+    let fields = slice(&Cpu, scene, &geometry, &soup, &slices, n, skirt.into(), &stop).unwrap();
     for f in &fields {
         assert_eq!(f.validate(), Ok(()));
     }
@@ -357,9 +320,9 @@ fn threads_and_bytes() {
     let slices = frame(&CELL, &soup.corners, &lens, &stop).unwrap();
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| slice(&scene, &geometry, &soup, &slices, 2, 2, &stop).unwrap())
+        pool.install(|| slice(&Cpu, &scene, &geometry, &soup, &slices, 2, 2, &stop).unwrap())
     };
     assert!(run(1) == run(3));
     stop.set();
-    assert!(slice(&scene, &geometry, &soup, &slices, 2, 2, &stop).is_err());
+    assert!(slice(&Cpu, &scene, &geometry, &soup, &slices, 2, 2, &stop).is_err());
 }

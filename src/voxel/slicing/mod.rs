@@ -5,41 +5,114 @@
 //! cuts along both borders are drawn conservatively, so that a continuous surface is never cut between layers. Hidden
 //! voxels are then removed (see [`hidden`]).
 //!
-//! How: the geometry is transformed, clipped and snapped once; then batches of layers go from near to far, filling bit
-//! masks, removing what is hidden, and colouring only what is left. Nothing but bits is stored per pixel and layer, and
-//! only for one batch.
+//! How: the samples of all layers are the fragments of one view whose pixels are the samples (`samples.rs`), the cuts are
+//! drawn on their own (`cuts.rs`); both give bits of rows of pixels. From near to far these become a layer's mask, what is hidden
+//! is removed, and what is left is listed as voxels. A second time over the fragments colours them (`paint.rs`). Of the fragments
+//! themselves nothing is stored but for a tile at a time.
 
-mod band;
+mod cuts;
 pub mod hidden;
 pub mod mask;
 mod paint;
-mod prepare;
+mod samples;
 mod skirt;
-pub mod spans;
 
 #[cfg(test)]
 mod literal;
 
-use super::{Field, Slices, Voxel};
+use super::{Field, Frustum, Slices, Voxel};
 use crate::{
-    math::{Stop, Stopped},
-    raster::{Camera, Geometry, Shader},
+    math::{Projection, Stop, Stopped, View},
+    raster::{Backend, Cutout, Geometry, Options, Prepared, Shader},
     scene::Scene,
 };
-use band::{Band, Job};
-use hidden::{Hidden, Rows};
-pub use prepare::Soup;
-use prepare::{Prepared, Screen};
-use rayon::prelude::*;
-use spans::Samples;
+use cuts::{Crossings, Screen};
+use glam::DVec3;
+use hidden::Hidden;
 
-/// Bytes that the masks of a batch of layers may take.
-const BATCH_BYTES: usize = 192 << 20;
+/// The triangles of a scene in world space, relative to the cell's centre. Materials that are all hole are left out.
+pub struct Soup {
+    /// Corners in the order of the mesh's indices.
+    pub corners: Vec<[DVec3; 3]>,
+    /// Number of each in the [`Geometry`].
+    pub numbers: Vec<u32>,
+}
+
+impl Soup {
+    pub fn new(geometry: &Geometry, centre: DVec3) -> Self {
+        let draws = || geometry.draws().iter().filter(|d| d.cutout != Cutout::Hidden);
+        let count = |d: &crate::raster::Draw| d.mesh.triangles.len() as u32;
+        let numbers = draws().flat_map(|d| d.first..d.first + count(d)).collect();
+        let corners = draws().flat_map(|d| (0..count(d)).map(move |t| d.corners(t).map(|p| p - centre)));
+        Self { corners: corners.collect(), numbers }
+    }
+}
+
+/// What a frustum sees.
+struct Face<'a> {
+    soup: &'a Soup,
+    borders: &'a [f64],
+    screen: Screen,
+    /// Samples along a pixel's side: 1, 2 or 4.
+    samples: u32,
+    /// The view whose pixels are the samples.
+    prepared: Prepared<'a>,
+    crossings: Crossings,
+}
+
+impl<'a> Face<'a> {
+    fn new(
+        geometry: &'a Geometry,
+        soup: &'a Soup,
+        slices: &'a Slices,
+        frustum: &Frustum,
+        samples: u32,
+        stop: &Stop,
+    ) -> Result<Self, Stopped> {
+        let screen = Screen::new(frustum);
+        let view = sample_view(slices, frustum, samples);
+        Ok(Self {
+            soup,
+            borders: &slices.borders,
+            samples,
+            prepared: Prepared::new(geometry, &view, &Options::default(), stop)?,
+            crossings: Crossings::new(soup, slices, &screen, stop)?,
+            screen,
+        })
+    }
+
+    /// The samples of a pixel, row by row.
+    fn samples_of(&self, x: u32, y: u32) -> impl Iterator<Item = [u32; 2]> {
+        let n = self.samples;
+        (0..n * n).map(move |i| [x * n + i % n, y * n + i / n])
+    }
+}
+
+/// The view whose pixels are the samples of a frustum, from the nearest border on.
+fn sample_view(slices: &Slices, frustum: &Frustum, samples: u32) -> View {
+    View {
+        eye: slices.cell.centre,
+        right: frustum.right,
+        up: frustum.up,
+        forward: frustum.forward,
+        projection: Projection::Perspective {
+            left: frustum.left,
+            right: frustum.right_tan,
+            bottom: frustum.bottom,
+            top: frustum.top,
+        },
+        width: frustum.size[0] * samples,
+        height: frustum.size[1] * samples,
+        near: slices.borders[0],
+        far: f64::INFINITY,
+    }
+}
 
 /// The visible voxels of every frustum, in their order. `soup` holds the scene's triangles relative to the cell's centre.
-/// `samples`: colour and fill samples along a pixel's side, a power
-/// of two; width and height times `samples` may not exceed [`crate::raster::MAX_SIDE`].
+/// `samples`: colour and fill samples along a pixel's side: 1, 2 or 4; width and height times `samples` may not exceed
+/// [`crate::raster::MAX_SIDE`].
 pub fn slice(
+    backend: &dyn Backend,
     scene: &Scene,
     geometry: &Geometry,
     soup: &Soup,
@@ -48,89 +121,46 @@ pub fn slice(
     skirt: u32,
     stop: &Stop,
 ) -> Result<Vec<Field>, Stopped> {
+    let faces = slices.frusta.iter().map(|f| Face::new(geometry, soup, slices, f, samples, stop));
+    let faces: Vec<Face> = faces.collect::<Result<_, _>>()?;
+    let mut voxels = visible(backend, slices, &faces, skirt, stop)?;
     let shader = Shader::new(geometry);
-    let inverse: Vec<f64> = slices.borders.iter().map(|b| 1.0 / b).collect();
-    let mut jobs = Vec::with_capacity(slices.frusta.len());
-    let mut bands = Vec::new();
-    for (i, f) in slices.frusta.iter().enumerate() {
-        let screen = Screen::new(f, slices.borders[0]);
-        let prepared = Prepared::new(soup, slices, &screen, stop)?;
-        bands.extend(Band::split(i, f.size[1], &prepared.items));
-        jobs.push(Job {
-            geometry,
-            soup,
-            prepared,
-            screen,
-            camera: Camera::new(&prepare::sample_view(slices, f, samples)),
-            borders: &slices.borders,
-            inverse: &inverse,
-            samples: Samples(samples),
-            words: mask::Shape::new(f.size[0], f.size[1]).words,
-        });
+    for ((face, frustum), voxels) in faces.iter().zip(&slices.frusta).zip(&mut voxels) {
+        skirt::keep_reached(voxels, frustum.size, skirt);
+        paint::paint(backend, face, &shader, voxels, stop)?;
     }
-
-    let layer_bytes: usize = bands.iter().map(|b| b.height() * jobs[b.frustum].words * 8).sum();
-    let batch = (BATCH_BYTES / layer_bytes.max(1)).clamp(1, 64);
-    let mut hidden = Hidden::new(&slices.frusta, skirt);
-    let mut voxels: Vec<Vec<Voxel>> = vec![Vec::new(); slices.frusta.len()];
-    for start in (0..slices.layers.len()).step_by(batch) {
-        let end = (start + batch).min(slices.layers.len());
-        let batch = start as u16..end as u16;
-        bands.par_iter_mut().try_for_each(|band| {
-            let job = &jobs[band.frustum];
-            band.cover(job, batch.clone(), stop)
-        })?;
-        remove_hidden(&mut hidden, &mut bands, &jobs, end - start, stop)?;
-        let painted: Vec<_> = bands
-            .par_iter()
-            .map(|band| paint::paint(band, &jobs[band.frustum], &shader, &batch, stop))
-            .collect::<Result<_, Stopped>>()?;
-        for layer in 0..end - start {
-            for (band, (found, ends)) in bands.iter().zip(&painted) {
-                let from = if layer == 0 { 0 } else { ends[layer - 1] };
-                voxels[band.frustum].extend_from_slice(&found[from..ends[layer]]);
-            }
-        }
-    }
-    let mut fields = Vec::with_capacity(voxels.len());
-    for (i, mut voxels) in voxels.into_iter().enumerate() {
-        stop.check()?;
-        skirt::keep_reached(&mut voxels, slices.frusta[i].size, skirt);
-        fields.push(field(scene, i as u32, voxels));
-    }
-    Ok(fields)
+    Ok((0..).zip(voxels).map(|(i, voxels)| field(scene, i, voxels)).collect())
 }
 
-/// Leaves the pixels to keep in the bands' masks, layer after layer.
-fn remove_hidden(
-    hidden: &mut Hidden,
-    bands: &mut [Band],
-    jobs: &[Job],
-    layers: usize,
+/// The voxels of every face to keep, sorted, without colour, and without the rings of those that are hidden.
+fn visible(
+    backend: &dyn Backend,
+    slices: &Slices,
+    faces: &[Face],
+    skirt: u32,
     stop: &Stop,
-) -> Result<(), Stopped> {
-    let mut rest: Vec<(usize, usize, Rows)> = Vec::with_capacity(bands.len());
-    for band in bands {
-        let size = band.height() * jobs[band.frustum].words;
-        rest.push((
-            band.frustum,
-            size,
-            Rows { filled: &mut band.masks, hidden: &mut band.hidden, inside: &mut band.inside },
-        ));
+) -> Result<Vec<Vec<Voxel>>, Stopped> {
+    let mut parts = Vec::with_capacity(faces.len());
+    for face in faces {
+        parts.push((samples::parts(backend, face, stop)?, face.cut_parts(stop)?));
     }
-    for _ in 0..layers {
+    let mut taken = vec![0; faces.len()];
+    let mut hidden = Hidden::new(&slices.frusta, skirt);
+    let mut voxels = vec![Vec::new(); faces.len()];
+    for layer in 0..slices.layers.len() {
         stop.check()?;
-        let mut current: Vec<Vec<Rows>> = jobs.iter().map(|_| Vec::new()).collect();
-        for (frustum, size, rows) in &mut rest {
-            let (filled, more) = std::mem::take(&mut rows.filled).split_at_mut(*size);
-            let (hidden, room) = std::mem::take(&mut rows.hidden).split_at_mut(*size);
-            let (inside, space) = std::mem::take(&mut rows.inside).split_at_mut(4 * *size);
-            current[*frustum].push(Rows { filled, hidden, inside });
-            *rows = Rows { filled: more, hidden: room, inside: space };
+        for (frustum, ((samples, cuts), taken)) in parts.iter().zip(&mut taken).enumerate() {
+            let here = samples[*taken..].partition_point(|p| usize::from(p.layer) == layer);
+            hidden.fill(frustum, &samples[*taken..*taken + here]);
+            *taken += here;
+            // The borders in front of the layer and behind it.
+            hidden.fill(frustum, cuts[layer..].iter().take(2).flatten());
         }
-        hidden.step(&mut current);
+        for (voxels, mut kept) in voxels.iter_mut().zip(hidden.step(layer as u16)) {
+            voxels.append(&mut kept);
+        }
     }
-    Ok(())
+    Ok(voxels)
 }
 
 /// Names only the objects that are seen.

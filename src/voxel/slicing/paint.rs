@@ -1,186 +1,175 @@
 //! Colours of the visible voxels: per sample the nearest surface within the layer, averaged over the covered samples.
 
-use super::{
-    band::{Band, Found, Job},
-    mask, skirt,
-};
+use super::{Face, samples::layer_of};
 use crate::{
     image::srgb,
     math::{Stop, Stopped},
-    raster::{Facet, Shader, Shading, Surface},
+    raster::{Backend, Facet, Fragment, NOTHING, Shader, Shading, Surface, Tile, fragments_in_tiles},
     voxel::Voxel,
 };
 use glam::Vec3;
-use std::ops::Range;
+use rayon::prelude::*;
 
-/// The nearest surface at a sample.
+/// The object of a voxel that has no colour yet.
+const BARE: u32 = u32::MAX;
+
+/// How a voxel looks; `object` is the object's number in the scene.
 #[derive(Clone, Copy)]
-struct Sample {
-    /// Inverse depth; 0 where nothing covers the sample.
-    q: f64,
-    source: u32,
+struct Look {
+    color: [u8; 4],
+    normal: [i16; 2],
+    object: u32,
 }
 
-/// A point of a cut, for voxels that no sample covers.
-#[derive(Clone, Copy)]
-struct Point {
-    distance: f64,
-    source: u32,
-    weights: [f64; 3],
+impl Look {
+    fn put_on(&self, voxel: &mut Voxel) {
+        (voxel.color, voxel.normal, voxel.object) = (self.color, self.normal, self.object);
+    }
 }
 
-const NO_SAMPLE: Sample = Sample { q: 0.0, source: u32::MAX };
-const NO_POINT: Point = Point { distance: f64::INFINITY, source: u32::MAX, weights: [0.0; 3] };
-
-/// The visible voxels of a band in layers `batch`, whose masks say which they are; sorted by (layer, y, x), `object`
-/// being the object's number in the scene. Also where each layer of the batch ends.
+/// Colours a face's voxels, which are sorted by (layer, y, x); their `object` becomes its number in the scene.
 pub fn paint(
-    band: &Band,
-    job: &Job,
+    backend: &dyn Backend,
+    face: &Face,
     shader: &Shader,
-    batch: &Range<u16>,
+    voxels: &mut [Voxel],
     stop: &Stop,
-) -> Result<(Vec<Voxel>, Vec<usize>), Stopped> {
-    let slots = Slots::new(band, job);
-    let n = job.samples.0 as i32;
-    let per_voxel = (n * n) as usize;
-    let mut samples = vec![NO_SAMPLE; slots.count * per_voxel];
-    let mut points = vec![NO_POINT; slots.count];
-    let top = band.rows.start as i32;
-    let row_of = |layer: u16, y: i32| usize::from(layer - batch.start) * band.height() + (y - top) as usize;
-    band.visit(job, batch, stop, |item, found| match found {
-        Found::Samples { layer, y, x0, x1 } => {
-            let depths = item.depths(job.inverse);
-            slots.each(row_of(layer, y / n), x0 / n, x1 / n, |x, slot| {
-                for sx in (x as i32 * n).max(x0)..=(x as i32 * n + n - 1).min(x1) {
-                    let sample = &mut samples[slot * per_voxel + (y % n * n + sx % n) as usize];
-                    let q = depths.at(job.samples, sx, y);
-                    if (q, sample.source) > (sample.q, item.source) {
-                        *sample = Sample { q, source: item.source };
+) -> Result<(), Stopped> {
+    let order = Order::new(face, voxels);
+    let looks = fragments_in_tiles(backend, &face.prepared, stop, |tile, fragments| {
+        let list = order.of(tile.index);
+        let per_voxel = (face.samples * face.samples) as usize;
+        let mut samples = vec![Fragment { triangle: NOTHING, depth: f32::INFINITY }; list.len() * per_voxel];
+        // By pixel; within a pixel by layer, because the voxels are.
+        let mut by_pixel: Vec<usize> = (0..list.len()).collect();
+        let pixel = |i: usize| (voxels[list[i] as usize].y, voxels[list[i] as usize].x);
+        by_pixel.sort_by_key(|i| pixel(*i));
+        for column in by_pixel.chunk_by(|a, b| pixel(*a) == pixel(*b)) {
+            let (y, x) = pixel(column[0]);
+            for (s, [sx, sy]) in face.samples_of(x.into(), y.into()).enumerate() {
+                let mut rest = fragments.of(tile.at(sx, sy)).iter();
+                let mut fragment = rest.next();
+                let mut layer = 0;
+                for i in column {
+                    let wanted = voxels[list[*i] as usize].layer;
+                    while let Some(f) = fragment {
+                        layer = layer_of(face.borders, f.depth, layer);
+                        if layer >= wanted {
+                            if layer == wanted {
+                                samples[i * per_voxel + s] = *f;
+                            }
+                            break;
+                        }
+                        fragment = rest.next();
                     }
                 }
-            });
-        }
-        Found::Cut { layer, y, x0, x1, cut } => slots.each(row_of(layer, y), x0, x1, |x, slot| {
-            let point = &mut points[slot];
-            let (distance, weights) = cut.nearest(x, y as u32);
-            if (distance, item.source) < (point.distance, point.source) {
-                *point = Point { distance, source: item.source, weights };
             }
-        }),
+        }
+        let mut facets = Facets { face, shader, last: None };
+        let look = |(i, samples): (usize, &[Fragment])| {
+            let voxel = &voxels[list[i] as usize];
+            let mut mean = Mean::default();
+            for (f, at) in samples.iter().zip(face.samples_of(voxel.x.into(), voxel.y.into())) {
+                if f.triangle != NOTHING {
+                    mean.add(f.triangle, f.depth, &facets.at(f.triangle, at));
+                }
+            }
+            mean.look(face)
+        };
+        samples.chunks(per_voxel).enumerate().map(look).collect::<Vec<_>>()
     })?;
-
-    let mut looks = Looks { job, shader, last: None };
-    let mut voxels = Vec::with_capacity(slots.count);
-    let mut ends = Vec::with_capacity(batch.len());
-    for layer in batch.clone() {
-        stop.check()?;
-        for y in band.rows.clone() {
-            slots.each(row_of(layer, y as i32), 0, job.screen.width as i32 - 1, |x, slot| {
-                let mut mean = Mean::default();
-                for (i, sample) in samples[slot * per_voxel..][..per_voxel].iter().enumerate() {
-                    if sample.source != u32::MAX {
-                        let at = [x * n as u32 + i as u32 % n as u32, y * n as u32 + i as u32 / n as u32];
-                        mean.add(sample.source, sample.q, &looks.at(sample.source, at));
-                    }
-                }
-                if mean.count == 0 {
-                    let point = &points[slot];
-                    debug_assert_ne!(point.source, u32::MAX, "a filled voxel has a surface");
-                    mean.add(point.source, 0.0, &looks.point(point.source, point.weights));
-                }
-                let object = mean.object(|source| job.geometry.object_of(job.soup.numbers[source as usize]));
-                voxels.push(Voxel {
-                    x: x as u16,
-                    y: y as u16,
-                    layer,
-                    ring: if slots.is_hidden(row_of(layer, y as i32), x) { skirt::UNREACHED } else { 0 },
-                    inside: slots.inside(row_of(layer, y as i32), x),
-                    color: mean.color(),
-                    normal: octahedral(mean.normal),
-                    object,
-                });
-            });
-        }
-        ends.push(voxels.len());
-    }
-    Ok((voxels, ends))
-}
-
-/// Numbers of the visible voxels of a band.
-struct Slots<'a> {
-    masks: &'a [u64],
-    hidden: &'a [u64],
-    inside: &'a [u64],
-    words: usize,
-    /// Voxels before each word.
-    before: Vec<u32>,
-    count: usize,
-}
-
-impl<'a> Slots<'a> {
-    fn new(band: &'a Band, job: &Job) -> Self {
-        let mut count = 0;
-        let before = band.masks.iter().map(|word| {
-            let here = count;
-            count += word.count_ones();
-            here
-        });
-        let before = before.collect();
-        Self {
-            masks: &band.masks,
-            hidden: &band.hidden,
-            inside: &band.inside,
-            words: job.words,
-            before,
-            count: count as usize,
+    for (tile, looks) in looks.iter().enumerate() {
+        for (i, look) in order.of(tile as u32).iter().zip(looks) {
+            look.put_on(&mut voxels[*i as usize]);
         }
     }
+    voxels.par_chunk_by_mut(|a, b| a.layer == b.layer).try_for_each(|layer| paint_bare(face, shader, layer, stop))
+}
 
-    fn is_hidden(&self, row: usize, x: u32) -> bool {
-        mask::get(&self.hidden[row * self.words..(row + 1) * self.words], x as i32)
+/// Colours those voxels of a layer in which no sample is covered: by the cut that comes nearest to the pixel's centre.
+fn paint_bare(face: &Face, shader: &Shader, voxels: &mut [Voxel], stop: &Stop) -> Result<(), Stopped> {
+    struct Point {
+        distance: f64,
+        source: u32,
+        weights: [f64; 3],
+    }
+    let bare: Vec<usize> = (0..voxels.len()).filter(|i| voxels[*i].object == BARE).collect();
+    let Some(layer) = bare.first().map(|i| usize::from(voxels[*i].layer)) else { return Ok(()) };
+    let place = |i: &usize| (i32::from(voxels[*i].y), i32::from(voxels[*i].x));
+    let none = || Point { distance: f64::INFINITY, source: u32::MAX, weights: [0.0; 3] };
+    let mut points: Vec<Point> = bare.iter().map(|_| none()).collect();
+    for border in [layer, layer + 1] {
+        face.visit_cuts(border, stop, |y, x0, x1, source, cut| {
+            let first = bare.partition_point(|i| place(i) < (y, x0));
+            for (i, point) in bare[first..].iter().zip(&mut points[first..]).take_while(|(i, _)| place(i) <= (y, x1)) {
+                let (distance, weights) = cut.nearest(voxels[*i].x.into(), voxels[*i].y.into());
+                if (distance, source) < (point.distance, point.source) {
+                    *point = Point { distance, source, weights };
+                }
+            }
+        })?;
+    }
+    let mut facets = Facets { face, shader, last: None };
+    for (i, point) in bare.iter().zip(&points) {
+        debug_assert_ne!(point.source, u32::MAX, "a filled voxel has a surface");
+        let number = face.soup.numbers[point.source as usize];
+        let mut mean = Mean::default();
+        mean.add(number, f32::INFINITY, &facets.of(number).point(point.weights));
+        mean.look(face).put_on(&mut voxels[*i]);
+    }
+    Ok(())
+}
+
+/// The voxels of each tile of the samples, in their order.
+struct Order {
+    starts: Vec<u32>,
+    voxels: Vec<u32>,
+}
+
+impl Order {
+    fn new(face: &Face, voxels: &[Voxel]) -> Self {
+        let side = Tile::SIDE / face.samples;
+        let columns = face.screen.width.div_ceil(side);
+        let tile = |v: &Voxel| (u32::from(v.y) / side * columns + u32::from(v.x) / side) as usize;
+        let mut starts = vec![0; face.prepared.tile_count() + 1];
+        voxels.iter().for_each(|v| starts[tile(v) + 1] += 1);
+        for t in 1..starts.len() {
+            starts[t] += starts[t - 1];
+        }
+        let mut next = starts.clone();
+        let mut order = vec![0; voxels.len()];
+        for (i, v) in voxels.iter().enumerate() {
+            let at = &mut next[tile(v)];
+            order[*at as usize] = i as u32;
+            *at += 1;
+        }
+        Self { starts, voxels: order }
     }
 
-    fn inside(&self, row: usize, x: u32) -> u8 {
-        let rows = self.inside[4 * row * self.words..].chunks(self.words).take(4);
-        rows.enumerate().map(|(side, row)| u8::from(mask::get(row, x as i32)) << side).sum()
-    }
-
-    /// Calls `f` with the visible pixels x0..=x1 of a row of the masks and their numbers.
-    #[inline]
-    fn each(&self, row: usize, x0: i32, x1: i32, mut f: impl FnMut(u32, usize)) {
-        let at = row * self.words;
-        let words = &self.masks[at..at + self.words];
-        mask::for_set(words, x0 as u32, x1 as u32, |x| {
-            let bit = x as usize + 1;
-            let below = words[bit / 64] & !(!0 << (bit % 64));
-            f(x, (self.before[at + bit / 64] + below.count_ones()) as usize);
-        });
+    fn of(&self, tile: u32) -> &[u32] {
+        let t = tile as usize;
+        &self.voxels[self.starts[t] as usize..self.starts[t + 1] as usize]
     }
 }
 
-/// Shades; remembers the last triangle.
-struct Looks<'a, 'g> {
-    job: &'a Job<'g>,
+/// Triangles ready for shading; remembers the last.
+struct Facets<'a, 'g> {
+    face: &'a Face<'g>,
     shader: &'a Shader<'a>,
     last: Option<(u32, Facet<'a>)>,
 }
 
-impl Looks<'_, '_> {
-    fn facet(&mut self, source: u32) -> &Facet<'_> {
+impl Facets<'_, '_> {
+    fn of(&mut self, triangle: u32) -> &Facet<'_> {
         let last = match self.last.take() {
-            Some(last) if last.0 == source => last,
-            _ => (source, self.shader.facet(&self.job.camera, self.job.soup.numbers[source as usize])),
+            Some(last) if last.0 == triangle => last,
+            _ => (triangle, self.shader.facet(&self.face.prepared.camera, triangle)),
         };
         &self.last.insert(last).1
     }
 
-    fn at(&mut self, source: u32, sample: [u32; 2]) -> Surface {
-        self.facet(source).surface(f64::from(sample[0]) + 0.5, f64::from(sample[1]) + 0.5)
-    }
-
-    fn point(&mut self, source: u32, weights: [f64; 3]) -> Surface {
-        self.facet(source).point(weights)
+    fn at(&mut self, triangle: u32, sample: [u32; 2]) -> Surface {
+        self.of(triangle).surface(f64::from(sample[0]) + 0.5, f64::from(sample[1]) + 0.5)
     }
 }
 
@@ -191,37 +180,36 @@ struct Mean {
     /// Linear light.
     sum: [f32; 3],
     normal: Vec3,
-    /// Source and inverse depth of each.
-    sources: Vec<(u32, f64)>,
+    /// Triangle and depth of each.
+    seen: Vec<(u32, f32)>,
 }
 
 impl Mean {
-    fn add(&mut self, source: u32, q: f64, surface: &Surface) {
-        let seen = surface.seen(&Shading::Unlit);
-        self.sum = std::array::from_fn(|k| self.sum[k] + seen[k]);
+    fn add(&mut self, triangle: u32, depth: f32, surface: &Surface) {
+        let light = surface.seen(&Shading::Unlit);
+        self.sum = std::array::from_fn(|k| self.sum[k] + light[k]);
         self.normal += surface.normal;
         self.count += 1;
-        self.sources.push((source, q));
+        self.seen.push((triangle, depth));
     }
 
-    fn color(&self) -> [u8; 4] {
+    fn look(&self, face: &Face) -> Look {
         let [r, g, b] = self.sum.map(|s| srgb::from_linear(s / self.count as f32));
-        [r, g, b, 255]
+        Look { color: [r, g, b, 255], normal: octahedral(self.normal), object: self.object(face).unwrap_or(BARE) }
     }
 
-    /// The object of most samples; of several, the nearest, then the first.
-    fn object(&self, object_of: impl Fn(u32) -> u32) -> u32 {
-        let mut objects: Vec<(u32, u32, f64)> = Vec::with_capacity(self.sources.len());
-        for (source, q) in &self.sources {
-            let object = object_of(*source);
+    /// The object of most samples; of several, the nearest, then the first. None where nothing was seen.
+    fn object(&self, face: &Face) -> Option<u32> {
+        let mut objects: Vec<(u32, u32, f32)> = Vec::with_capacity(self.seen.len());
+        for (triangle, depth) in &self.seen {
+            let object = face.prepared.geometry.object_of(*triangle);
             match objects.iter_mut().find(|o| o.0 == object) {
-                Some(o) => *o = (object, o.1 + 1, o.2.max(*q)),
-                None => objects.push((object, 1, *q)),
+                Some(o) => *o = (object, o.1 + 1, o.2.min(*depth)),
+                None => objects.push((object, 1, *depth)),
             }
         }
-        let rank = |o: &(u32, u32, f64)| (o.1, o.2, std::cmp::Reverse(o.0));
-        let best = objects.into_iter().reduce(|a, b| if rank(&b) > rank(&a) { b } else { a });
-        best.map_or(0, |o| o.0)
+        let better = |a: &(u32, u32, f32), b: &(u32, u32, f32)| (b.1, a.2, a.0) > (a.1, b.2, b.0);
+        objects.into_iter().reduce(|a, b| if better(&a, &b) { b } else { a }).map(|o| o.0)
     }
 }
 
