@@ -1,7 +1,10 @@
 //! The node kinds: thin adapters between the engine and the algorithms, one file or folder each.
 
+mod classify_points;
 pub mod collapse;
+mod collide_sprites;
 mod compress;
+mod draw_sprites;
 mod evaluate;
 mod evaluate_sprite;
 mod field_scene;
@@ -16,6 +19,7 @@ mod select_objects;
 mod split_objects;
 pub mod values;
 pub mod view_cell;
+mod volumes;
 pub mod voxel_mesh;
 mod write_glb;
 mod write_sprite;
@@ -50,6 +54,9 @@ pub fn registry() -> Registry {
     r.add::<select_direction::SelectDirection>();
     r.add::<peel::Peel>();
     r.add::<compress::Compress>();
+    r.add::<collide_sprites::CollideSprites>();
+    r.add::<classify_points::ClassifyPoints>();
+    r.add::<draw_sprites::DrawSprites>();
     r.add::<write_sprite::WriteSprite>();
     r.add::<evaluate_sprite::EvaluateSprite>();
     r

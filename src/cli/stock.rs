@@ -8,4 +8,10 @@ pub const STOCK: &[Stock] = &[
     ("tdm-car", include_str!("../../pipelines/tdm-car.toml")),
     ("tdm-city", include_str!("../../pipelines/tdm-city.toml")),
     ("vds", include_str!("../../pipelines/vds.toml")),
+    ("vds-borders", include_str!("../../pipelines/vds-borders.toml")),
+    ("vds-clip", include_str!("../../pipelines/vds-clip.toml")),
+    ("vds-collide", include_str!("../../pipelines/vds-collide.toml")),
+    ("vds-lenses", include_str!("../../pipelines/vds-lenses.toml")),
+    ("vds-points", include_str!("../../pipelines/vds-points.toml")),
+    ("vds-styles", include_str!("../../pipelines/vds-styles.toml")),
 ];

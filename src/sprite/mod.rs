@@ -9,18 +9,24 @@
 pub const SHADER: &str = include_str!("../../shaders/sprite.wgsl");
 
 mod direction;
+mod draw;
 mod exact;
 mod layered;
+mod overlap;
 mod packed;
 mod peel;
 mod solid;
+mod volume;
 
 #[cfg(test)]
 mod tests;
 
 pub use direction::{Candidate, Direction, candidates, judge, spread};
+pub use draw::{Drawing, Effect, Solid, Style, draw};
 pub use exact::Exact;
 pub use layered::{LayeredDepthImage, Region};
+pub use overlap::{Overlap, overlap};
 pub use packed::{Layout, Packed, Section};
 pub use peel::{Frame, OddRay, PeelError, Peeled, Repair, peel};
 pub use solid::{Closedness, closedness};
+pub use volume::{Entry, Placement, Ray, Span, Volume, Zone};

@@ -1,0 +1,289 @@
+//! `draw-sprites`: a picture of a scene with effects of depth sprites.
+
+use super::{
+    values::Sprite,
+    volumes::{self, Place, unknown},
+};
+use crate::{
+    engine::{
+        node::{Ctx, List, Node, NodeError},
+        plan::File,
+    },
+    image::{encode_png, srgb},
+    math::View,
+    ports,
+    raster::{Geometry, Light, MAX_SIDE, Shader},
+    scene::Scene,
+    sprite::{self, Drawing, Volume, draw},
+};
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Draws a scene whose points look different inside, on the border of, or outside depth sprites: clipping against several
+/// volumes, borders and cut edges, hybrid styles, lenses that intersect, and the solids themselves, from their sprites alone. All
+/// in one pass over the geometry. Source: Trapp and Döllner 2008, section 3.3.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Params {
+    /// Where sprites are put; [] leaves each where its solid was, under its own name.
+    pub places: Vec<Place>,
+    /// Applied one after the other to every point: where volumes intersect, their effects do too.
+    pub effects: Vec<Effect>,
+    /// Volumes that are drawn themselves.
+    pub solids: Vec<Solid>,
+    /// Where the viewer is, metres; before the scene, to the right and above where there is none.
+    pub eye: Option<[f64; 3]>,
+    /// What the viewer looks at, metres; the scene's centre where there is none.
+    pub target: Option<[f64; 3]>,
+    /// Field of view in height, degrees, more than 0 and less than 180.
+    pub fov: f64,
+    /// Pixels of the picture, 1 to 4096 each.
+    pub size: [u32; 2],
+    /// Samples along a pixel's side, 1 to 4.
+    pub samples: u32,
+    /// sRGB colour behind everything.
+    pub background: [u8; 3],
+}
+
+/// What happens to points of the surface in a zone of a volume.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Effect {
+    /// Name of the place or sprite.
+    pub volume: String,
+    /// Which of its zones.
+    #[serde(default)]
+    pub zone: Zone,
+    /// Half side of the cube whose eight corners are tested, metres, at least 0. Without it there is no border.
+    #[serde(default)]
+    pub border: f64,
+    /// Pattern of the names of the objects, and of the `solids`, that it touches; `*` is any text, `?` any one character.
+    #[serde(default = "all")]
+    pub objects: String,
+    /// How they look there.
+    pub style: Style,
+    /// sRGB colour of the styles `tint`, `gray`, `flat` and `lines`.
+    #[serde(default = "white")]
+    pub color: [u8; 3],
+}
+
+/// A part of space as a volume divides it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Zone {
+    /// All corners lie inside.
+    #[default]
+    Inside,
+    /// Some corners lie inside and some outside.
+    Border,
+    /// No corner lies inside.
+    Outside,
+}
+
+/// How points look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Style {
+    /// Not at all: what lies behind shows.
+    Hide,
+    /// Half in `color`.
+    Tint,
+    /// In shades of `color`.
+    Gray,
+    /// In `color`, lit.
+    Flat,
+    /// In the direction of the normal.
+    Normals,
+    /// In three steps of light, dark where the surface turns away.
+    Toon,
+    /// Only the triangles' edges, in `color`; `solids` have none and stay as they are.
+    Lines,
+}
+
+/// A volume that is drawn itself, from its sprite.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Solid {
+    /// Name of the place or sprite.
+    pub volume: String,
+    /// Its sRGB colour.
+    #[serde(default = "white")]
+    pub color: [u8; 3],
+    /// 0 to 1; less than 1 lets shine through what is inside and behind.
+    #[serde(default = "opaque")]
+    pub opacity: f32,
+}
+
+fn all() -> String {
+    "*".into()
+}
+
+fn white() -> [u8; 3] {
+    [255; 3]
+}
+
+fn opaque() -> f32 {
+    1.0
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            places: Vec::new(),
+            effects: Vec::new(),
+            solids: Vec::new(),
+            eye: None,
+            target: None,
+            fov: 35.0,
+            size: [960, 720],
+            samples: 2,
+            background: [222, 226, 230],
+        }
+    }
+}
+
+ports! {
+    pub struct In {
+        /// What is drawn; without it only `solids` and `beside` are.
+        scene: Option<Arc<Scene>>,
+        /// What is drawn too.
+        beside: Option<Arc<Scene>>,
+        /// The sprites, by name.
+        sprites: List<Sprite>,
+    }
+}
+
+ports! {
+    pub struct Out {
+        /// The picture, PNG.
+        picture: Arc<File>,
+    }
+}
+
+pub struct DrawSprites;
+
+impl Node for DrawSprites {
+    const KIND: &'static str = "draw-sprites";
+    const VERSION: u32 = 1;
+    type Params = Params;
+    type In = In;
+    type Out = Out;
+
+    fn memory(params: &Params, sizes: &[u64]) -> u64 {
+        let pixels = u64::from(params.size[0]) * u64::from(params.size[1]);
+        (64 << 20) + sizes.iter().sum::<u64>().saturating_mul(8) + pixels * 24
+    }
+
+    fn check(params: &Params) -> Result<(), (&'static str, String)> {
+        volumes::check(&params.places)?;
+        if let Some(n) = params.size.iter().find(|n| !(1..=4096).contains(*n)) {
+            return Err(("size", format!("expected 1 to 4096 pixels, found {n}")));
+        }
+        if !(1..=4).contains(&params.samples) {
+            return Err(("samples", format!("expected 1 to 4, found {}", params.samples)));
+        }
+        if !(params.fov > 0.0 && params.fov < 180.0) {
+            return Err(("fov", format!("expected more than 0 and less than 180 degrees, found {}", params.fov)));
+        }
+        for (name, point) in [("eye", params.eye), ("target", params.target)] {
+            if let Some(wrong) = point.iter().flatten().find(|v| !v.is_finite()) {
+                return Err((name, format!("expected finite coordinates, found {wrong}")));
+            }
+        }
+        for e in &params.effects {
+            if !(e.border >= 0.0 && e.border.is_finite()) {
+                return Err((
+                    "effects",
+                    format!("`{}`: expected a border of 0 m or more, found {}", e.volume, e.border),
+                ));
+            }
+            if e.zone == Zone::Border && e.border == 0.0 {
+                return Err(("effects", format!("`{}`: the zone `border` needs a `border` above 0 m", e.volume)));
+            }
+        }
+        if let Some(s) = params.solids.iter().find(|s| !(0.0..=1.0).contains(&s.opacity)) {
+            return Err(("solids", format!("`{}`: expected an opacity of 0 to 1, found {}", s.volume, s.opacity)));
+        }
+        Ok(())
+    }
+
+    fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
+        let (names, volumes): (Vec<String>, Vec<Volume>) =
+            volumes::volumes(&params.places, &inputs.sprites)?.into_iter().unzip();
+        let number = |param: &str, name: &str| {
+            let found = names.iter().position(|n| n == name);
+            found.ok_or_else(|| unknown(param, name, names.iter().map(|n| &**n)))
+        };
+        let effect = |e: &Effect| {
+            Ok(sprite::Effect {
+                volume: number("effects", &e.volume)?,
+                zone: match e.zone {
+                    Zone::Inside => sprite::Zone::Inside,
+                    Zone::Border => sprite::Zone::Border,
+                    Zone::Outside => sprite::Zone::Outside,
+                },
+                border: e.border,
+                objects: e.objects.clone(),
+                style: style(e.style, e.color.map(srgb::to_linear)),
+            })
+        };
+        let solid = |s: &Solid| {
+            let (volume, color) = (number("solids", &s.volume)?, s.color.map(srgb::to_linear));
+            Ok(sprite::Solid { volume, color, opacity: s.opacity })
+        };
+        let effects: Vec<_> = params.effects.iter().map(effect).collect::<Result<_, NodeError>>()?;
+        let solids: Vec<_> = params.solids.iter().map(solid).collect::<Result<_, NodeError>>()?;
+        let objects = [&inputs.scene, &inputs.beside].into_iter().flatten().flat_map(|s| s.objects.clone());
+        let scene = Scene { objects: objects.collect() };
+        let view = view(params, &scene, &volumes)?;
+        let geometry = Geometry::new(&scene);
+        let shader = Shader::new(&geometry);
+        let drawing = Drawing {
+            volumes: &volumes,
+            names: &names,
+            effects: &effects,
+            solids: &solids,
+            light: Light::default(),
+            background: params.background.map(srgb::to_linear),
+            samples: params.samples,
+        };
+        let picture = draw(super::backend(ctx), &shader, &scene.objects, &view, &drawing, ctx.stop)?;
+        let bytes = encode_png(&picture).map_err(|e| NodeError::from_error(&e))?;
+        Ok(Out { picture: Arc::new(File { media_type: "image/png".into(), bytes }) })
+    }
+}
+
+fn style(style: Style, color: [f32; 3]) -> sprite::Style {
+    match style {
+        Style::Hide => sprite::Style::Hide,
+        Style::Tint => sprite::Style::Tint(color),
+        Style::Gray => sprite::Style::Gray(color),
+        Style::Flat => sprite::Style::Flat(color),
+        Style::Normals => sprite::Style::Normals,
+        Style::Toon => sprite::Style::Toon,
+        Style::Lines => sprite::Style::Lines(color),
+    }
+}
+
+/// The viewer, in front of the scene where the parameters do not say.
+fn view(params: &Params, scene: &Scene, volumes: &[Volume]) -> Result<View, NodeError> {
+    debug_assert!(params.size.iter().all(|n| n * params.samples <= MAX_SIDE));
+    let mut bounds = scene.bounds();
+    if params.solids.len() > scene.objects.len() || bounds.is_empty() {
+        bounds = volumes.iter().fold(bounds, |b, v| b.union(v.bounds()));
+    }
+    let (centre, size) = (bounds.centre(), bounds.diagonal());
+    if !(size > 0.0 && size.is_finite()) {
+        return Err(NodeError::Failed("there is nothing to draw: connect a `scene`, or name `solids`".into()));
+    }
+    let target = params.target.map_or(centre, DVec3::from);
+    let eye = params.eye.map_or(centre + DVec3::new(0.45, 0.4, 0.9) * (1.35 * size), DVec3::from);
+    if eye == target {
+        return Err(NodeError::Failed(format!("the viewer at {eye} looks at the place where it is")));
+    }
+    let far = bounds.corners().iter().map(|c| (*c - eye).length()).fold(0.0, f64::max) + size;
+    let [width, height] = params.size;
+    Ok(View::look_at(eye, target, DVec3::Y, params.fov.to_radians(), width, height, far * 1e-5, far))
+}
