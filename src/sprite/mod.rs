@@ -19,6 +19,8 @@ mod solid;
 mod volume;
 
 #[cfg(test)]
+mod effect_tests;
+#[cfg(test)]
 mod tests;
 
 pub use direction::{Candidate, Direction, candidates, judge, spread};

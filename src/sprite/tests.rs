@@ -13,14 +13,14 @@ use glam::DVec3;
 use proptest::prelude::*;
 
 /// A box with its faces outwards.
-fn cuboid(low: [f32; 3], high: [f32; 3]) -> Mesh {
+pub(super) fn cuboid(low: [f32; 3], high: [f32; 3]) -> Mesh {
     let at = |i: u32, k: usize| if i >> k & 1 == 1 { high[k] } else { low[k] };
     let points: Vec<[f32; 3]> = (0..8).map(|i| [at(i, 0), at(i, 1), at(i, 2)]).collect();
     let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     mesh(&points, &quads.map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).concat())
 }
 
-fn together(meshes: &[Mesh]) -> Scene {
+pub(super) fn together(meshes: &[Mesh]) -> Scene {
     let (mut points, mut faces) = (Vec::new(), Vec::new());
     for m in meshes {
         let first = points.len() as u32;
@@ -30,7 +30,7 @@ fn together(meshes: &[Mesh]) -> Scene {
     scene(mesh(&points, &faces))
 }
 
-fn run(scene: &Scene, forward: DVec3, resolution: u32, repair: Repair) -> Result<Peeled, PeelError> {
+pub(super) fn run(scene: &Scene, forward: DVec3, resolution: u32, repair: Repair) -> Result<Peeled, PeelError> {
     let direction = Direction::new(forward).unwrap();
     peel(&Cpu, &Geometry::new(scene), &direction, resolution, repair, &Stop::default())
 }
