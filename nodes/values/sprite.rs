@@ -2,7 +2,7 @@
 
 use crate::{
     engine::artifact::{Artifact, DecodeError, Decoder, Encoder},
-    sprite::{Direction, Frame, LayeredDepthImage, Layout, OddRay, Packed, Peeled, Region},
+    sprite::{Direction, Frame, Grid, LayeredDepthImage, Layout, OddRay, Packed, Peeled, Region},
 };
 use glam::DVec3;
 
@@ -90,19 +90,28 @@ impl Artifact for Peeled {
 
 impl Artifact for Sprite {
     const TYPE: &'static str = "DepthSprite";
-    const FORMAT: u32 = 1;
+    const FORMAT: u32 = 2;
 
     /// The image is stored as it is and packed again when it is read.
     fn encode(&self, out: &mut Encoder) {
         put(out, &self.packed.unpack(), &self.frame);
         out.array("layout", &[self.packed.layout() as u32]);
+        let grid: Vec<u32> = self.packed.grid().iter().flat_map(Grid::parts).collect();
+        out.array("grid", &grid);
     }
 
     fn decode(data: &Decoder) -> Result<Self, DecodeError> {
         let (image, frame) = get(data)?;
         let layout = data.array::<u32>("layout")?;
         let named = Layout::ALL.into_iter().find(|l| layout[..] == [*l as u32]);
-        let packed = named.and_then(|layout| Packed::new(&image, layout));
+        let packed = match data.array::<u32>("grid")?[..] {
+            [] => named.and_then(|layout| Packed::new(&image, layout)),
+            [exponent, base] => Grid::from_parts([exponent, base])
+                .and_then(|grid| Packed::short(&image, named?, grid))
+                // What is stored must be what it says.
+                .filter(|packed| packed.unpack() == image),
+            _ => None,
+        };
         let packed =
             packed.ok_or_else(|| DecodeError::section("layout", format!("{:?} cannot hold it", &layout[..])))?;
         Ok(Self { packed, frame })
@@ -130,6 +139,11 @@ mod tests {
             let sprite = Sprite { packed, frame: peeled.frame };
             assert_eq!(from_bytes::<Sprite>(Arc::new(to_bytes(&sprite))), Ok(sprite));
         }
+        let grid = Grid::around(&peeled.image);
+        let packed = Packed::smallest(&peeled.image, Some(grid)).unwrap();
+        assert_eq!(packed.grid(), Some(grid));
+        let sprite = Sprite { packed, frame: peeled.frame };
+        assert_eq!(from_bytes::<Sprite>(Arc::new(to_bytes(&sprite))), Ok(sprite));
         let choice = Choice { direction: Direction::new(DVec3::ONE).unwrap(), depth_complexity: [4, 10] };
         assert_eq!(from_bytes::<Choice>(Arc::new(to_bytes(&choice))), Ok(choice));
     }

@@ -1,10 +1,12 @@
-//! Readers and writers of the outside world's files: glTF, OBJ, PLY, scene TOML.
+//! Readers and writers of the outside world's files: glTF, OBJ, PLY, scene TOML; EXR and DDS are written only.
 //!
 //! What always holds: a reader given any bytes returns a scene that keeps the promises of [`crate::scene`], or an error
 //! that names file and place; it never panics, and never allocates what a number in the file only claims. Every file
 //! is read through [`Files`]. Objects are named by their path in the file.
 
+pub mod dds;
 mod error;
+pub mod exr;
 mod files;
 pub mod glb;
 mod gltf;

@@ -32,16 +32,25 @@ pub const FRAGMENTS: &str =
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Sprite {
+    pub world_to_texture: [[f32; 4]; 3],
     pub region: [u32; 4],
     pub sections: [u32; 4],
     pub size: [u32; 2],
     pub packing: u32,
     pub depth_complexity: u32,
+    pub depth_base: u32,
+    pub depth_step: f32,
+    pub padding: [u32; 2],
 }
 
 /// Source of the shader that classifies points.
 pub fn classify_source() -> String {
-    [sprite::SHADER, include_str!("../../shaders/classify.wgsl")].concat()
+    [sprite::SHADER, sprite::CLASSIFY].concat()
+}
+
+#[cfg(test)]
+pub fn probe_source() -> String {
+    [sprite::SHADER, include_str!("../../shaders/probe.wgsl")].concat()
 }
 
 /// Work groups in a row of a dispatch; every device allows as many.
@@ -86,7 +95,28 @@ impl Machine {
         self.device.read(&list, total, stop)
     }
 
-    /// Which of `points` lie inside a sprite, whose file is `data`: a bit each.
+    /// What `probe` finds along `rays`: see shaders/probe.wgsl.
+    #[cfg(test)]
+    pub fn probe(
+        &self,
+        sprites: &[Sprite],
+        data: &[u8],
+        rays: &[[[f32; 4]; 2]],
+        stop: &Stop,
+    ) -> Result<Vec<u32>, GpuError> {
+        let d = &self.device.device;
+        let layout = layout_of(d, &[Kind::Read, Kind::Read, Kind::Read, Kind::Write]);
+        let pipeline = Pipelines::one(d, &layout, &probe_source(), "probe");
+        let sprites = self.device.upload(sprites, wgpu::BufferUsages::STORAGE);
+        let data = self.device.upload(data, wgpu::BufferUsages::STORAGE);
+        let uploaded = self.device.upload(rays, wgpu::BufferUsages::STORAGE);
+        let found = self.device.zeros(rays.len() as u64 * 16);
+        let groups = (rays.len() as u32).div_ceil(THREADS);
+        self.run(&pipeline, &layout, &[&sprites, &data, &uploaded, &found], groups, stop)?;
+        self.device.read(&found, rays.len() * 4, stop)
+    }
+
+    /// Which of `points`, in texture space, lie inside the first sprite, whose file is the beginning of `data`: a bit each.
     pub fn classify(
         &self,
         sprite: Sprite,
@@ -96,17 +126,17 @@ impl Machine {
     ) -> Result<Vec<u32>, GpuError> {
         let d = &self.device.device;
         let (layout, pipeline) = self.classify.get_or_init(|| {
-            let layout = layout_of(d, &[Kind::Uniform, Kind::Read, Kind::Read, Kind::Write]);
+            let layout = layout_of(d, &[Kind::Read, Kind::Read, Kind::Read, Kind::Write]);
             let pipeline = Pipelines::one(d, &layout, &classify_source(), "classify");
             (layout, pipeline)
         });
         let words = points.len().div_ceil(32);
-        let uniform = self.device.upload(&[sprite], wgpu::BufferUsages::UNIFORM);
+        let sprite = self.device.upload(&[sprite], wgpu::BufferUsages::STORAGE);
         let data = self.device.upload(data, wgpu::BufferUsages::STORAGE);
         let uploaded = self.device.upload(points, wgpu::BufferUsages::STORAGE);
         let inside = self.device.zeros(words as u64 * 4);
         let groups = (points.len() as u32).div_ceil(THREADS);
-        self.run(pipeline, layout, &[&uniform, &data, &uploaded, &inside], groups, stop)?;
+        self.run(pipeline, layout, &[&sprite, &data, &uploaded, &inside], groups, stop)?;
         self.device.read(&inside, words, stop)
     }
 

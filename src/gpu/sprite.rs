@@ -3,8 +3,9 @@
 use super::{Gpu, device::GpuError, machine::Sprite};
 use crate::{
     math::Stop,
-    sprite::{Layout, Packed},
+    sprite::{Layout, Packed, Section},
 };
+use glam::DAffine3;
 use std::sync::Arc;
 
 impl Gpu {
@@ -16,23 +17,7 @@ impl Gpu {
         if data.len() as u64 * 2 > room {
             return Err(GpuError::TooSmall { need: data.len() as u64 * 8, limit: self.room().memory });
         }
-        let mut begin = [0; 4];
-        for (begin, section) in begin.iter_mut().zip(&sections) {
-            *begin = section.offset as u32 / 4;
-        }
-        let region = packed.region();
-        let sprite = Sprite {
-            region: [region.x, region.y, region.width, region.height],
-            sections: begin,
-            size: packed.size(),
-            packing: match packed.layout() {
-                Layout::Raw => 0,
-                Layout::Ranges => 1,
-                Layout::Rows => 2,
-                Layout::Runs => 3,
-            },
-            depth_complexity: packed.depth_complexity(),
-        };
+        let sprite = sprite(packed, &sections, 0, &DAffine3::IDENTITY);
         let data = Arc::new(data);
         let mut inside = Vec::with_capacity(points.len());
         // Points as four numbers, and the copy that they are uploaded from.
@@ -43,5 +28,31 @@ impl Gpu {
             inside.extend((0..points.len()).map(|i| bits[i / 32] >> (i % 32) & 1 == 1));
         }
         Ok(inside)
+    }
+}
+
+/// What a shader needs to know of a sprite whose file begins at word `first` of the data.
+pub(super) fn sprite(packed: &Packed, sections: &[Section], first: u32, to_texture: &DAffine3) -> Sprite {
+    let mut begin = [0; 4];
+    for (begin, section) in begin.iter_mut().zip(sections) {
+        *begin = first + section.offset as u32 / 4;
+    }
+    let row = |i: usize| to_texture.matrix3.row(i).extend(to_texture.translation[i]).as_vec4().to_array();
+    let region = packed.region();
+    Sprite {
+        world_to_texture: [row(0), row(1), row(2)],
+        region: [region.x, region.y, region.width, region.height],
+        sections: begin,
+        size: packed.size(),
+        packing: match packed.layout() {
+            Layout::Raw => 0,
+            Layout::Ranges => 1,
+            Layout::Rows => 2,
+            Layout::Runs => 3,
+        },
+        depth_complexity: packed.depth_complexity(),
+        depth_base: packed.grid().map_or(0, |grid| grid.parts()[1]),
+        depth_step: packed.grid().map_or(0.0, |grid| grid.step()),
+        padding: [0; 2],
     }
 }

@@ -8,7 +8,7 @@ use crate::{
         tests::{ahead, literal, mesh, object, square},
     },
     scene::{Alpha, Image, Material, Scene, Texture, Wrap, builtin},
-    sprite::{Direction, Layout, Packed, Repair, peel},
+    sprite::{Direction, Grid, Layout, Packed, Placement, Ray, Repair, Volume, peel},
     voxel::{
         Cell,
         frusta::{Lens, frame},
@@ -44,7 +44,8 @@ fn gpu() -> Option<&'static Gpu> {
 fn shaders_are_valid_and_share_the_structs() {
     use wgpu::naga::{front::wgsl, valid};
     let classify = machine::classify_source();
-    for source in [machine::NEAREST, machine::FRAGMENTS, &classify] {
+    let probe = machine::probe_source();
+    for source in [machine::NEAREST, machine::FRAGMENTS, &classify, &probe] {
         let module = wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)));
         valid::Validator::new(valid::ValidationFlags::all(), valid::Capabilities::default()).validate(&module).unwrap();
         let layout = |name: &str| {
@@ -59,8 +60,19 @@ fn shaders_are_valid_and_share_the_structs() {
                 assert_eq!(layout($name), (members, size_of::<$ty>()), $name);
             };
         }
-        if source == classify {
-            same!("Sprite", machine::Sprite, region, sections, size, packing, depth_complexity);
+        if source == classify || source == probe {
+            same!(
+                "Sprite",
+                machine::Sprite,
+                world_to_texture,
+                region,
+                sections,
+                size,
+                packing,
+                depth_complexity,
+                depth_base,
+                depth_step
+            );
             continue;
         }
         same!("Triangle", work::Triangle, corners, first, a, b, c, low, high, exponent, padding);
@@ -312,14 +324,76 @@ fn parity_of_points_in_sprites() {
         }
         points.push([f32::NAN, 0.5, 0.5]);
         points.push([0.5, 0.5, f32::NAN]);
-        for layout in Layout::ALL {
-            let packed = Packed::new(&image, layout).unwrap();
-            let found = gpu.classify(&packed, &points, &stop).unwrap();
+        let grid = Grid::around(&image);
+        let short = [Layout::Rows, Layout::Runs].map(|l| Packed::short(&image, l, grid).unwrap());
+        for packed in Layout::ALL.map(|l| Packed::new(&image, l).unwrap()).iter().chain(&short) {
+            let found = gpu.classify(packed, &points, &stop).unwrap();
             let expect: Vec<bool> = points.iter().map(|p| packed.contains(*p)).collect();
-            assert!(found == expect, "{layout:?}");
+            assert!(found == expect, "{:?}", packed.layout());
             assert!(found.iter().filter(|f| **f).count() > 1000);
         }
     }
+}
+
+/// Zones and rays in 32 bits against those in 64: they may differ where a corner or a ray touches a texel's border.
+#[test]
+fn effects_in_shaders_are_those_of_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let scene = builtin::make("solids", 1).unwrap();
+    let stop = Stop::default();
+    let (mut sprites, mut data, mut volumes) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, object) in scene.objects.iter().enumerate() {
+        let geometry = Geometry::new(&Scene { objects: vec![object.clone()] });
+        let direction = Direction::new(DVec3::new(0.3, 0.2 * i as f64, -0.9)).unwrap();
+        let peeled = peel(&Cpu, &geometry, &direction, 150, Repair::None, &stop).unwrap();
+        let image = peeled.image.crop().unwrap();
+        let grid = Grid::around(&image);
+        for layout in Layout::ALL {
+            for packed in [Packed::new(&image, layout), Packed::short(&image, layout, grid)].into_iter().flatten() {
+                let volume = Volume::new(packed.unpack(), &peeled.frame, &Placement::default());
+                let (bytes, sections) = packed.file();
+                data.resize(data.len().next_multiple_of(16), 0);
+                sprites.push(super::sprite::sprite(&packed, &sections, data.len() as u32 / 4, volume.to_texture()));
+                data.extend(bytes);
+                volumes.push(volume);
+            }
+        }
+    }
+    let sequence = crate::math::Sequence::<6>::new(5);
+    let mut rays = Vec::new();
+    for k in 0..volumes.len() as u32 * 500 {
+        let (i, p) = (k as usize % volumes.len(), sequence.point(k));
+        let bounds = volumes[i].bounds();
+        let origin = bounds.min + bounds.size() * (DVec3::new(p[0], p[1], p[2]) * 1.6 - 0.3);
+        let direction = DVec3::new(p[3], p[4], p[5]) * 2.0 - 1.0;
+        // Every tenth along an axis.
+        let direction = if k % 10 == 0 {
+            DVec3::from([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]][k as usize / 10 % 3])
+        } else {
+            direction
+        };
+        rays.push([origin.extend(0.05).as_vec4().to_array(), direction.extend(i as f64).as_vec4().to_array()]);
+    }
+    let asked = rays.clone();
+    let found = gpu.call(move |machine| machine.probe(&sprites, &data, &asked, &Stop::default())).unwrap();
+    let (mut hits, mut inside, mut differ) = (0, 0, [0; 3]);
+    for (ray, found) in rays.iter().zip(found.chunks(4)) {
+        let [o, d] = ray.map(|v| DVec3::new(v[0].into(), v[1].into(), v[2].into()));
+        let volume = &volumes[ray[1][3] as usize];
+        differ[0] += u32::from(volume.contains(o) != (found[0] == 1));
+        inside += found[0];
+        differ[1] += u32::from(volume.zone(o, 0.05f32.into()) as u32 != found[1]);
+        let span = [found[2], found[3]].map(|bits| f64::from(f32::from_bits(bits)));
+        let same = match volume.first(&Ray { origin: o, direction: d }) {
+            None => span[0] > span[1],
+            Some(s) => (s.enter.t - span[0]).abs() < 1e-3 && (s.exit - span[1]).abs() < 1e-3,
+        };
+        hits += u32::from(span[0] <= span[1]);
+        differ[2] += u32::from(!same);
+    }
+    let n = rays.len() as u32;
+    assert!(hits > n / 10 && inside > n / 25, "{hits} {inside} of {n}");
+    assert!(differ[0] <= n / 1000 && differ[1] <= n / 1000 && differ[2] <= n / 1000, "{differ:?} of {n}");
 }
 
 #[test]

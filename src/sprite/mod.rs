@@ -5,12 +5,20 @@
 //! the surface. They come in pairs, which are the ranges of the ray that lie inside. The image is *cropped* to the texels
 //! that hold any, and *packed* into the smallest of several layouts, each of which answers the *parity test* directly.
 
-/// The parity test for shaders: WGSL, with its bindings.
+/// Parity test, eight-corner test and rays for shaders: WGSL, with its bindings.
 pub const SHADER: &str = include_str!("../../shaders/sprite.wgsl");
+/// An entry point that classifies points; comes after [`SHADER`].
+pub const CLASSIFY: &str = include_str!("../../shaders/classify.wgsl");
+/// [`SHADER`] with [`CLASSIFY`] in other languages, translated by naga; `tests/shaders.rs` keeps them current.
+pub const GLSL: &str = include_str!("../../shaders/translated/sprite.comp");
+pub const HLSL: &str = include_str!("../../shaders/translated/sprite.hlsl");
+pub const METAL: &str = include_str!("../../shaders/translated/sprite.metal");
+pub const SPIRV: &[u8] = include_bytes!("../../shaders/translated/sprite.spv");
 
 mod direction;
 mod draw;
 mod exact;
+mod grid;
 mod layered;
 mod overlap;
 mod packed;
@@ -26,6 +34,7 @@ mod tests;
 pub use direction::{Candidate, Direction, candidates, judge, spread};
 pub use draw::{Drawing, Effect, Solid, Style, draw};
 pub use exact::Exact;
+pub use grid::Grid;
 pub use layered::{LayeredDepthImage, Region};
 pub use overlap::{Overlap, overlap};
 pub use packed::{Layout, Packed, Section};

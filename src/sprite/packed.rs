@@ -1,6 +1,7 @@
 //! Compression (section 4.3) and the test on what it gives (section 4.4).
 //!
-//! All layouts are lossless; sizes are counted in values of 32 bits, as the paper's table 1 counts them.
+//! All layouts are lossless; sizes are counted in values of 32 bits, as the paper's table 1 counts them. Depths of `rows` and `runs` may
+//! be rounded to 16 bits first, see [`Grid`]: then a range takes one value instead of two.
 //!
 //! - `raw`: the d layers, the paper's cropped image: n·d values.
 //! - `ranges`: the paper's index and range segments in one texture of two channels and side ⌈√(|IS| + |RS|)⌉. Offsets are whole
@@ -11,8 +12,9 @@
 //!   first texel, its length, their number of ranges and the first of them: h + 1 + 3·runs + 2·r. For convex shapes.
 
 use super::{
-    LayeredDepthImage, Region,
-    layered::{INVALID, texel, within},
+    Grid, LayeredDepthImage, Region,
+    grid::Ranges,
+    layered::{INVALID, texel},
 };
 use std::ops::Range;
 
@@ -66,9 +68,9 @@ enum Data {
     /// (offset, count) for every texel, then (start, end) of every range as the bits of floats, then zeros.
     Ranges { side: u32, ranges: usize, texels: Vec<[u32; 2]> },
     /// `before[row]` ranges come before the row, `prefix[texel]` of its row before the texel.
-    Rows { before: Vec<u32>, prefix: Vec<u16>, ranges: Vec<[f32; 2]> },
+    Rows { before: Vec<u32>, prefix: Vec<u16>, ranges: Ranges },
     /// The runs of a row are `runs[first[row]..first[row + 1]]`, by their first texel.
-    Runs { first: Vec<u32>, runs: Vec<Run>, ranges: Vec<[f32; 2]> },
+    Runs { first: Vec<u32>, runs: Vec<Run>, ranges: Ranges },
 }
 
 /// Neighbouring texels of a row with equally many ranges.
@@ -91,16 +93,40 @@ impl Packed {
         let data = match layout {
             Layout::Raw => raw(image)?,
             Layout::Ranges => ranges(image)?,
-            Layout::Rows => rows(image)?,
-            Layout::Runs => runs(image)?,
+            Layout::Rows => rows(image, Ranges::floats(image))?,
+            Layout::Runs => runs(image, Ranges::floats(image))?,
         };
-        Some(Self { size: image.size(), region: image.region(), depth_complexity: image.depth_complexity(), data })
+        Some(Self::of(image, data))
     }
 
-    /// In the layout with the fewest values; of equals the first of [`Layout::ALL`]. `None` where none holds the image.
-    pub fn smallest(image: &LayeredDepthImage) -> Option<Self> {
-        let all = Layout::ALL.into_iter().filter_map(|layout| Self::new(image, layout));
-        all.min_by_key(Self::values)
+    /// As [`Packed::new`] with depths of 16 bits, to which those of the image are rounded; `None` also for `raw` and `ranges`, which have
+    /// no such form.
+    pub fn short(image: &LayeredDepthImage, layout: Layout, grid: Grid) -> Option<Self> {
+        let data = match layout {
+            Layout::Raw | Layout::Ranges => return None,
+            Layout::Rows => rows(image, Ranges::shorts(image, grid))?,
+            Layout::Runs => runs(image, Ranges::shorts(image, grid))?,
+        };
+        Some(Self::of(image, data))
+    }
+
+    fn of(image: &LayeredDepthImage, data: Data) -> Self {
+        Self { size: image.size(), region: image.region(), depth_complexity: image.depth_complexity(), data }
+    }
+
+    /// In the layout with the fewest values, with depths of 16 bits if there is a grid; of equals the first of [`Layout::ALL`]. `None`
+    /// where none holds the image.
+    pub fn smallest(image: &LayeredDepthImage, grid: Option<Grid>) -> Option<Self> {
+        let new = |layout| grid.map_or_else(|| Self::new(image, layout), |grid| Self::short(image, layout, grid));
+        Layout::ALL.into_iter().filter_map(new).min_by_key(Self::values)
+    }
+
+    /// That of its depths, where they have 16 bits.
+    pub fn grid(&self) -> Option<Grid> {
+        match &self.data {
+            Data::Rows { ranges, .. } | Data::Runs { ranges, .. } => ranges.grid(),
+            Data::Raw { .. } | Data::Ranges { .. } => None,
+        }
     }
 
     pub fn layout(&self) -> Layout {
@@ -131,8 +157,8 @@ impl Packed {
         match &self.data {
             Data::Raw { depths } => depths.len(),
             Data::Ranges { ranges, .. } => 2 * (self.region.texels() + ranges),
-            Data::Rows { before, prefix, ranges } => before.len() + prefix.len().div_ceil(2) + 2 * ranges.len(),
-            Data::Runs { first, runs, ranges } => first.len() + 3 * runs.len() + 2 * ranges.len(),
+            Data::Rows { before, prefix, ranges } => before.len() + prefix.len().div_ceil(2) + ranges.values(),
+            Data::Runs { first, runs, ranges } => first.len() + 3 * runs.len() + ranges.values(),
         }
     }
 
@@ -158,12 +184,12 @@ impl Packed {
             Data::Rows { before, prefix, ranges } => {
                 put("before", "u32", before.len(), bytemuck::cast_slice(before));
                 put("prefix", "u16", prefix.len(), bytemuck::cast_slice(prefix));
-                put("ranges", "f32x2", ranges.len(), bytemuck::cast_slice(ranges));
+                put("ranges", ranges.element(), ranges.len(), ranges.bytes());
             }
             Data::Runs { first, runs, ranges } => {
                 put("first", "u32", first.len(), bytemuck::cast_slice(first));
                 put("runs", "u16x2 u32x2", runs.len(), bytemuck::cast_slice(runs));
-                put("ranges", "f32x2", ranges.len(), bytemuck::cast_slice(ranges));
+                put("ranges", ranges.element(), ranges.len(), ranges.bytes());
             }
         }
         (bytes, sections)
@@ -177,7 +203,6 @@ impl Packed {
     /// The depths of texel `i` of the region.
     fn ray(&self, i: usize) -> Vec<f32> {
         let width = self.region.width as usize;
-        let flat = |ranges: &[[f32; 2]]| ranges.as_flattened().to_vec();
         match &self.data {
             Data::Raw { depths } => {
                 let n = self.region.texels();
@@ -189,8 +214,8 @@ impl Packed {
                 let list = &texels[offset as usize..offset as usize + count as usize];
                 list.iter().flatten().map(|bits| f32::from_bits(*bits)).collect()
             }
-            Data::Rows { before, prefix, ranges } => flat(&ranges[row_ranges(width, before, prefix, i)]),
-            Data::Runs { first, runs, ranges } => flat(&ranges[run_ranges(width, first, runs, i)]),
+            Data::Rows { before, prefix, ranges } => ranges.depths(row_ranges(width, before, prefix, i)),
+            Data::Runs { first, runs, ranges } => ranges.depths(run_ranges(width, first, runs, i)),
         }
     }
 
@@ -218,10 +243,8 @@ impl Packed {
                 let list = &texels[offset as usize..offset as usize + count as usize];
                 list.iter().any(|[s, e]| f32::from_bits(*s) <= z && z <= f32::from_bits(*e))
             }
-            Data::Rows { before, prefix, ranges } => {
-                within(ranges[row_ranges(width, before, prefix, i)].as_flattened(), z)
-            }
-            Data::Runs { first, runs, ranges } => within(ranges[run_ranges(width, first, runs, i)].as_flattened(), z),
+            Data::Rows { before, prefix, ranges } => ranges.hold(row_ranges(width, before, prefix, i), z),
+            Data::Runs { first, runs, ranges } => ranges.hold(run_ranges(width, first, runs, i), z),
         }
     }
 }
@@ -275,7 +298,7 @@ fn ranges(image: &LayeredDepthImage) -> Option<Data> {
     Some(Data::Ranges { side, ranges: filled - n, texels })
 }
 
-fn rows(image: &LayeredDepthImage) -> Option<Data> {
+fn rows(image: &LayeredDepthImage, ranges: Ranges) -> Option<Data> {
     let region = image.region();
     u16::try_from(region.width).ok()?;
     let (mut before, mut prefix) = (vec![0u32], Vec::with_capacity(region.texels()));
@@ -287,10 +310,10 @@ fn rows(image: &LayeredDepthImage) -> Option<Data> {
         }
         before.push(before[row].checked_add(u32::try_from(count).ok()?)?);
     }
-    Some(Data::Rows { before, prefix, ranges: pairs(image) })
+    Some(Data::Rows { before, prefix, ranges })
 }
 
-fn runs(image: &LayeredDepthImage) -> Option<Data> {
+fn runs(image: &LayeredDepthImage, ranges: Ranges) -> Option<Data> {
     let region = image.region();
     u16::try_from(region.width).ok()?;
     let (mut first, mut runs, mut start) = (vec![0u32], Vec::<Run>::new(), 0u32);
@@ -310,9 +333,5 @@ fn runs(image: &LayeredDepthImage) -> Option<Data> {
         runs.extend(last.filter(|run| run.count > 0));
         first.push(u32::try_from(runs.len()).ok()?);
     }
-    Some(Data::Runs { first, runs, ranges: pairs(image) })
-}
-
-fn pairs(image: &LayeredDepthImage) -> Vec<[f32; 2]> {
-    image.depths().chunks_exact(2).map(|r| [r[0], r[1]]).collect()
+    Some(Data::Runs { first, runs, ranges })
 }

@@ -181,10 +181,10 @@ fn sizes_are_counted_as_in_table_1() {
     let n = image.region().texels();
     let values = |layout| Packed::new(&image, layout).unwrap().values();
     assert_eq!((values(Layout::Raw), values(Layout::Ranges)), (2 * n, 4 * n));
-    assert_eq!(Packed::smallest(&image).unwrap().layout(), Layout::Raw);
+    assert_eq!(Packed::smallest(&image, None).unwrap().layout(), Layout::Raw);
     // A ball: one run a row, and no depths in the corners.
     let ball = run(&scene(octahedron(5)), DVec3::new(0.2, 0.3, -1.0), 256, Repair::None).unwrap().image.crop().unwrap();
-    let packed = Packed::smallest(&ball).unwrap();
+    let packed = Packed::smallest(&ball, None).unwrap();
     assert_eq!(packed.layout(), Layout::Runs);
     let ratio = packed.values() as f64 / (ball.region().texels() * 2) as f64;
     assert!((0.78..0.81).contains(&ratio), "{ratio}");
@@ -213,6 +213,35 @@ proptest! {
                 prop_assert_eq!(&Packed::new(&image, layout).unwrap().unpack(), &image, "{:?}", layout);
             }
         }
+    }
+
+    #[test]
+    fn depths_of_16_bits_keep_their_bound(image in image(), squeeze in 0.001..1.0f32, points in prop::collection::vec((0.0..1.0f32, 0.0..1.0f32, 0.0..1.0f32), 30)) {
+        prop_assume!(!image.depths().is_empty());
+        // Solids that are flat along the rays, and as near to 1 as depths get.
+        let most = 1.0 - f32::EPSILON / 2.0;
+        let depths: Vec<f32> = image.depths().iter().map(|d| (1.0 - (1.0 - d) * squeeze).min(most)).collect();
+        let image = LayeredDepthImage::from_parts(image.size(), image.region(), image.starts().to_vec(), depths).unwrap();
+        let grid = Grid::around(&image);
+        prop_assert_eq!(Grid::from_parts(grid.parts()), Some(grid));
+        let packed = Packed::smallest(&image, Some(grid)).unwrap();
+        let rounded = packed.unpack();
+        prop_assert_eq!(rounded.starts(), image.starts());
+        for (a, b) in rounded.depths().iter().zip(image.depths()) {
+            prop_assert!(f64::from((a - b).abs()) <= grid.bound());
+            // In the range of the depths no finer step of a power of two would do.
+            prop_assert!(f64::from((a - b).abs()) <= grid.bound() * 0.5 || *b > 1.0 - grid.step());
+        }
+        let spread = image.depths().iter().fold(0.0f32, |m, d| m.max(*d)) - image.depths().iter().fold(1.0f32, |m, d| m.min(*d));
+        prop_assert!(grid.step() <= 1.0 / 65536.0 && (grid.step() <= spread / 32000.0 || grid.parts()[0] == 23));
+        for layout in [Layout::Rows, Layout::Runs] {
+            let packed = Packed::short(&image, layout, grid).unwrap();
+            prop_assert_eq!(&packed.unpack(), &rounded);
+            for (s, t, r) in &points {
+                prop_assert_eq!(packed.contains([*s, *t, *r]), rounded.contains([*s, *t, *r]));
+            }
+        }
+        prop_assert_eq!(Packed::short(&image, Layout::Ranges, grid), None);
     }
 
     #[test]
