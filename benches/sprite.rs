@@ -6,7 +6,7 @@ use farfield::{
     math::{Sequence, Stop},
     raster::{Cpu, Geometry},
     scene::{Scene, builtin},
-    sprite::{Direction, Layout, Packed, Repair, judge, peel, spread},
+    sprite::{Direction, Layout, Packed, Peeling, Repair, judge, peel, spread},
 };
 use glam::DVec3;
 use std::{hint::black_box, path::Path};
@@ -20,7 +20,8 @@ fn measure(c: &mut Criterion, name: &str, scene: &Scene) {
         b.iter(|| black_box(judge(&Cpu, &geometry, &spread(64), 256, &stop).map(|j| j[0].depth_complexity)))
     });
     let Some(direction) = Direction::new(DVec3::NEG_Z) else { return };
-    let run = || peel(&Cpu, &geometry, &direction, 1024, Repair::Drop, &stop);
+    let how = Peeling { resolution: 1024, samples: 1, repair: Repair::Drop };
+    let run = || peel(&Cpu, &geometry, &direction, &how, &stop);
     group.bench_function("peel 1024²", |b| b.iter(|| black_box(run().is_ok())));
     let image = match run() {
         Ok(peeled) => peeled.image,

@@ -36,9 +36,16 @@ impl Sprite {
 
     /// Of `count` ranges in a section from the one that has number `first` on.
     fn in_ranges(&self, section: usize, first: usize, count: usize, r: f32) -> Result<bool, Failure> {
+        let short = self.manifest["depths"]["form"] == "u16";
         for i in first..first + count {
-            let (start, end) = (self.word(section, 2 * i)?, self.word(section, 2 * i + 1)?);
-            if f32::from_bits(start) <= r && r <= f32::from_bits(end) {
+            let [start, end] = if short {
+                let (base, step) = (self.number("/depths/base")? as u32, self.number("/depths/step")? as f32);
+                let word = self.word(section, i)?;
+                [word & 0xffff, word >> 16].map(|k| (base + k) as f32 * step)
+            } else {
+                [self.word(section, 2 * i)?, self.word(section, 2 * i + 1)?].map(f32::from_bits)
+            };
+            if start <= r && r <= end {
                 return Ok(true);
             }
         }

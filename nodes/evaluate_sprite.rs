@@ -69,8 +69,10 @@ struct Counts {
     /// Answers that differ from the mesh's, near the surface and farther away.
     near: u64,
     wrong: u64,
-    /// Answers of a layout that differ from the image's.
+    /// Answers of a layout that differ from those of the image that it packs.
     layouts: u64,
+    /// Answers of that image that differ from those of the one that was peeled.
+    changed: u64,
 }
 
 impl Counts {
@@ -80,13 +82,14 @@ impl Counts {
             near: self.near + o.near,
             wrong: self.wrong + o.wrong,
             layouts: self.layouts + o.layouts,
+            changed: self.changed + o.changed,
         }
     }
 }
 
 impl Node for EvaluateSprite {
     const KIND: &'static str = "evaluate-sprite";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -106,15 +109,20 @@ impl Node for EvaluateSprite {
         let (peeled, sprite) = (&*inputs.image, &*inputs.sprite);
         let exact = Exact::new(&Geometry::new(&inputs.scene), &peeled.frame);
         let cropped = sprite.packed.unpack();
-        let layouts: Vec<Packed> = Layout::ALL.into_iter().filter_map(|l| Packed::new(&cropped, l)).collect();
+        let mut layouts: Vec<Packed> = Layout::ALL.into_iter().filter_map(|l| Packed::new(&cropped, l)).collect();
+        let floats = layouts.len();
+        if let Some(grid) = sprite.packed.grid() {
+            layouts.extend(Layout::ALL.into_iter().filter_map(|l| Packed::short(&cropped, l, grid)));
+        }
         let sequence = Sequence::<3>::new(params.seed);
         let texel = NEAR / f64::from(peeled.image.size()[0]);
         let one = |i: u32| {
             // A little beyond the cube, where all is outside.
             let p = DVec3::from(sequence.point(i)) * 1.02 - 0.01;
             let point = p.as_vec3();
-            let found = peeled.image.contains(point.to_array());
-            let mut counts = Counts { inside: u64::from(found), ..Counts::default() };
+            let found = cropped.contains(point.to_array());
+            let changed = u64::from(found != peeled.image.contains(point.to_array()));
+            let mut counts = Counts { inside: u64::from(found), changed, ..Counts::default() };
             counts.layouts = layouts.iter().filter(|l| l.contains(point.to_array()) != found).count() as u64;
             if found != exact.contains(point.as_dvec3()) {
                 let near = exact.is_near(point.as_dvec3(), texel);
@@ -136,7 +144,14 @@ impl Node for EvaluateSprite {
         let raw = u64::from(complexity) * cropped.region().texels() as u64;
         let ratio = |values: usize| (values as f64 / raw as f64 * 1e4).round() / 1e4;
         let of_layouts: serde_json::Map<_, _> =
-            layouts.iter().map(|l| (l.layout().name().to_owned(), json!(ratio(l.values())))).collect();
+            layouts[..floats].iter().map(|l| (l.layout().name().to_owned(), json!(ratio(l.values())))).collect();
+        let lost = peeled
+            .image
+            .depths()
+            .iter()
+            .zip(cropped.depths())
+            .map(|(a, b)| f64::from((a - b).abs()))
+            .fold(0.0, f64::max);
         let certificate = json!({
             "layout": sprite.packed.layout().name(),
             "resolution": peeled.image.size(),
@@ -145,12 +160,15 @@ impl Node for EvaluateSprite {
             "texels_compressed": sprite.packed.values(),
             "compression_ratio": ratio(sprite.packed.values()),
             "compression_ratio_of_layouts": of_layouts,
+            // As shares of the cube's side.
+            "depth_error": { "bound": sprite.packed.grid().map_or(0.0, |g| g.bound()), "max": lost },
             "odd_rays": peeled.odd.len(),
             "points": params.points,
             "inside_points": counts.inside,
             "wrong_points": counts.wrong,
             "wrong_points_within_0.75_texel": counts.near,
             "differing_answers_of_layouts": counts.layouts,
+            "answers_changed_by_rounding": counts.changed,
         });
         let mut bytes = serde_json::to_vec_pretty(&certificate).map_err(|e| NodeError::from_error(&e))?;
         bytes.push(b'\n');

@@ -6,7 +6,7 @@ use crate::{
     ports,
     raster::{Geometry, MAX_SIDE},
     scene::Scene,
-    sprite::{self, Direction, Peeled},
+    sprite::{self, Direction, Peeled, Peeling},
 };
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -21,6 +21,9 @@ use std::sync::Arc;
 pub struct Params {
     /// Texels along a side of the image, 1 to 16384.
     pub resolution: u32,
+    /// Rays in a texel: 1, 4 or 16. With more than one a texel holds what at least half of its rays hold, so steep faces are placed better;
+    /// `resolution` times their root may not exceed 16384.
+    pub samples: u32,
     /// What happens to rays that cross the surface an odd number of times.
     pub repair: Repair,
 }
@@ -40,7 +43,7 @@ pub enum Repair {
 
 impl Default for Params {
     fn default() -> Self {
-        Self { resolution: 1024, repair: Repair::None }
+        Self { resolution: 1024, samples: 1, repair: Repair::None }
     }
 }
 
@@ -64,7 +67,7 @@ pub struct Peel;
 
 impl Node for Peel {
     const KIND: &'static str = "peel";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -77,6 +80,14 @@ impl Node for Peel {
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
         if !(1..=MAX_SIDE).contains(&params.resolution) {
             return Err(("resolution", format!("expected 1 to {MAX_SIDE} texels, found {}", params.resolution)));
+        }
+        let Some(side) = side(params.samples) else {
+            return Err(("samples", format!("expected 1, 4 or 16, found {}", params.samples)));
+        };
+        if params.resolution * side > MAX_SIDE {
+            let what =
+                format!("{} texels of {side} × {side} rays are more than {MAX_SIDE} in a row", params.resolution);
+            return Err(("samples", what));
         }
         Ok(())
     }
@@ -91,7 +102,8 @@ impl Node for Peel {
             Repair::Pair => sprite::Repair::Pair,
         };
         let backend = super::backend(ctx);
-        let peeled = sprite::peel(backend, &geometry, &direction, params.resolution, repair, ctx.stop);
+        let how = Peeling { resolution: params.resolution, samples: side(params.samples).unwrap_or(1), repair };
+        let peeled = sprite::peel(backend, &geometry, &direction, &how, ctx.stop);
         let peeled = peeled.map_err(failure)?;
         if let Some(first) = peeled.odd.first() {
             let open = sprite::closedness(&geometry).open_edges;
@@ -103,5 +115,15 @@ impl Node for Peel {
             ));
         }
         Ok(Out { image: Arc::new(peeled) })
+    }
+}
+
+/// Rays along a texel's side.
+fn side(samples: u32) -> Option<u32> {
+    match samples {
+        1 => Some(1),
+        4 => Some(2),
+        16 => Some(4),
+        _ => None,
     }
 }

@@ -47,6 +47,7 @@ pub fn write_depths(depths: &Depths) -> Result<Vec<u8>, FormatError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use exr::prelude::{ReadChannels, ReadLayers};
 
     #[test]
     fn layers_read_back() {
@@ -55,7 +56,6 @@ mod tests {
         let bytes = write_depths(&Depths { size: [9, 8], window: [2, 3, 4, 3], layers: &layers }).unwrap();
         let reader =
             exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
-        use exr::prelude::ReadLayers;
         let image = reader.from_buffered(std::io::Cursor::new(&bytes)).unwrap();
         assert_eq!(image.attributes.display_window, IntegerBounds::new((0, 0), (9, 8)));
         assert_eq!(image.layer_data.len(), 2);

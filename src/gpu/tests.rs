@@ -8,7 +8,7 @@ use crate::{
         tests::{ahead, literal, mesh, object, square},
     },
     scene::{Alpha, Image, Material, Scene, Texture, Wrap, builtin},
-    sprite::{Direction, Grid, Layout, Packed, Placement, Ray, Repair, Volume, peel},
+    sprite::{Direction, Grid, Layout, Packed, Peeling, Placement, Ray, Repair, Volume, peel},
     voxel::{
         Cell,
         frusta::{Lens, frame},
@@ -314,7 +314,9 @@ fn parity_of_points_in_sprites() {
     let sequence = crate::math::Sequence::<3>::new(3);
     for forward in [DVec3::NEG_Z, DVec3::new(0.4, -0.7, 0.2)] {
         let direction = Direction::new(forward).unwrap();
-        let peeled = peel(&Cpu, &geometry, &direction, 200, Repair::None, &stop).unwrap();
+        let peeled =
+            peel(&Cpu, &geometry, &direction, &Peeling { resolution: 200, samples: 1, repair: Repair::None }, &stop)
+                .unwrap();
         let image = peeled.image.crop().unwrap();
         let mut points: Vec<[f32; 3]> =
             (0..100_000).map(|i| sequence.point(i).map(|c| (c * 1.1 - 0.05) as f32)).collect();
@@ -345,7 +347,9 @@ fn effects_in_shaders_are_those_of_the_cpu() {
     for (i, object) in scene.objects.iter().enumerate() {
         let geometry = Geometry::new(&Scene { objects: vec![object.clone()] });
         let direction = Direction::new(DVec3::new(0.3, 0.2 * i as f64, -0.9)).unwrap();
-        let peeled = peel(&Cpu, &geometry, &direction, 150, Repair::None, &stop).unwrap();
+        let peeled =
+            peel(&Cpu, &geometry, &direction, &Peeling { resolution: 150, samples: 1, repair: Repair::None }, &stop)
+                .unwrap();
         let image = peeled.image.crop().unwrap();
         let grid = Grid::around(&image);
         for layout in Layout::ALL {

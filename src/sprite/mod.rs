@@ -38,6 +38,6 @@ pub use grid::Grid;
 pub use layered::{LayeredDepthImage, Region};
 pub use overlap::{Overlap, overlap};
 pub use packed::{Layout, Packed, Section};
-pub use peel::{Frame, OddRay, PeelError, Peeled, Repair, peel};
+pub use peel::{Frame, OddRay, PeelError, Peeled, Peeling, Repair, peel};
 pub use solid::{Closedness, closedness};
 pub use volume::{Entry, Placement, Ray, Span, Volume, Zone};

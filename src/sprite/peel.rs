@@ -6,7 +6,7 @@
 use super::{Direction, LayeredDepthImage, layered::INVALID};
 use crate::{
     math::{Projection, Stop, Stopped, View},
-    raster::{Backend, Geometry, MAX_SIDE, Options, Prepared, TileFragments, fragments_in_tiles},
+    raster::{Backend, Geometry, MAX_SIDE, Options, Prepared, Tile, TileFragments, fragments_in_tiles},
 };
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
@@ -98,6 +98,17 @@ pub enum Repair {
     Pair,
 }
 
+/// How a solid is peeled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Peeling {
+    /// Texels along a side of the image.
+    pub resolution: u32,
+    /// Rays along a texel's side. With more than one a texel holds what at least half of its rays hold: steep faces, which rays
+    /// through texel centres undersample (the paper's section 6), are placed better.
+    pub samples: u32,
+    pub repair: Repair,
+}
+
 /// A ray that crosses the surface an odd number of times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OddRay {
@@ -120,8 +131,8 @@ pub enum PeelError {
     Empty,
     #[error("no ray meets the surface at {0} × {0} texels")]
     Missed(u32),
-    #[error("a resolution of {0} texels; expected 1 to {MAX_SIDE}")]
-    Resolution(u32),
+    #[error("{0} rays along a side of the image, texels times samples; expected 1 to {MAX_SIDE}")]
+    Resolution(u64),
     #[error(
         "{} rays cross the surface an odd number of times, the first at texel ({}, {}): it is not closed; choose the repair \
          `drop` or `pair`, or close it",
@@ -132,35 +143,47 @@ pub enum PeelError {
     Stopped(#[from] Stopped),
 }
 
-/// Peels the triangles of `geometry` along `direction` at `resolution`² texels. Where shapes overlap, inside is what an odd number of
-/// them holds.
+/// Peels the triangles of `geometry` along `direction`. Where shapes overlap, inside is what an odd number of them holds.
 pub fn peel(
     backend: &dyn Backend,
     geometry: &Geometry,
     direction: &Direction,
-    resolution: u32,
-    repair: Repair,
+    how: &Peeling,
     stop: &Stop,
 ) -> Result<Peeled, PeelError> {
-    if !(1..=MAX_SIDE).contains(&resolution) {
-        return Err(PeelError::Resolution(resolution));
+    let Peeling { resolution, samples, repair } = *how;
+    let rays = u64::from(resolution) * u64::from(samples);
+    if !(1..=u64::from(MAX_SIDE)).contains(&rays) {
+        return Err(PeelError::Resolution(rays));
     }
     let frame = Frame::around(geometry, direction).ok_or(PeelError::Empty)?;
-    let prepared = Prepared::new(geometry, &frame.view(resolution), &Options::default(), stop)?;
+    // A texel's rays lie in one tile.
+    let side = Tile::SIDE / samples.min(Tile::SIDE) * samples;
+    if side > Tile::SIDE {
+        return Err(PeelError::Resolution(rays));
+    }
+    let view = frame.view(resolution * samples);
+    let prepared = Prepared::with_tiles(geometry, &view, &Options::default(), side, stop)?;
     let tiles = fragments_in_tiles(backend, &prepared, stop, |tile, fragments| {
         let mut odd = Vec::new();
-        let rays: Vec<Vec<f32>> = (0..tile.pixels())
-            .map(|i| {
-                let crossings = fragments.of(i).len() as u32;
-                if crossings.is_multiple_of(2) {
-                    return fragments.of(i).iter().map(|f| frame.depth(f.depth)).collect();
-                }
-                let (x, y) = tile.pixel(i);
-                odd.push(OddRay { texel: [x, y], crossings });
-                frame.repaired(geometry, fragments, i, repair)
-            })
-            .collect();
-        (tile, rays, odd)
+        let mut ray = |i: usize| -> Vec<f32> {
+            let crossings = fragments.of(i).len() as u32;
+            if crossings.is_multiple_of(2) {
+                return fragments.of(i).iter().map(|f| frame.depth(f.depth)).collect();
+            }
+            let (x, y) = tile.pixel(i);
+            odd.push(OddRay { texel: [x / samples, y / samples], crossings });
+            frame.repaired(geometry, fragments, i, repair)
+        };
+        let mut texels: Vec<Vec<f32>> = Vec::with_capacity(tile.pixels() / (samples * samples) as usize);
+        for y in (0..tile.height).step_by(samples as usize) {
+            for x in (0..tile.width).step_by(samples as usize) {
+                let at = |k: u32| ((y + k / samples) * tile.width + x + k % samples) as usize;
+                texels.push(if samples == 1 { ray(at(0)) } else { half((0..samples * samples).map(|k| ray(at(k)))) });
+            }
+        }
+        let tile = Tile { y: tile.y / samples, width: tile.width / samples, ..tile };
+        (tile, texels, odd)
     })?;
     let mut odd: Vec<OddRay> = tiles.iter().flat_map(|t| &t.2).copied().collect();
     odd.sort_by_key(|o| (o.texel[1], o.texel[0]));
@@ -179,6 +202,28 @@ pub fn peel(
         return Err(PeelError::Missed(resolution));
     }
     Ok(Peeled { image, frame, odd })
+}
+
+/// The ranges that at least half of some rays hold; where they touch they are one.
+fn half(rays: impl ExactSizeIterator<Item = Vec<f32>>) -> Vec<f32> {
+    let enough = rays.len().div_ceil(2);
+    // What begins comes before what ends at the same depth.
+    let mut ends: Vec<(f32, bool)> =
+        rays.flat_map(|ray| ray.into_iter().enumerate().map(|(i, d)| (d, i % 2 == 1))).collect();
+    ends.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let (mut kept, mut count) = (Vec::new(), 0);
+    for (depth, ends) in ends {
+        if ends {
+            count -= 1;
+        } else {
+            count += 1;
+        }
+        // It has just come to half, or is about to fall below it.
+        if (!ends && count == enough) || (ends && count + 1 == enough) {
+            kept.push(depth);
+        }
+    }
+    kept
 }
 
 impl Frame {

@@ -32,7 +32,8 @@ pub(super) fn together(meshes: &[Mesh]) -> Scene {
 
 pub(super) fn run(scene: &Scene, forward: DVec3, resolution: u32, repair: Repair) -> Result<Peeled, PeelError> {
     let direction = Direction::new(forward).unwrap();
-    peel(&Cpu, &Geometry::new(scene), &direction, resolution, repair, &Stop::default())
+    let how = Peeling { resolution, samples: 1, repair };
+    peel(&Cpu, &Geometry::new(scene), &direction, &how, &Stop::default())
 }
 
 /// Whether a point lies inside by crossings of a ray with every triangle, in another direction than the peel's.
@@ -283,4 +284,35 @@ proptest! {
         prop_assert!((0..r.width).any(|x| filled(x, 0)) && (0..r.width).any(|x| filled(x, r.height - 1)));
         prop_assert!((0..r.height).any(|y| filled(0, y)) && (0..r.height).any(|y| filled(r.width - 1, y)));
     }
+}
+
+#[test]
+fn a_texel_of_several_rays_holds_what_half_of_them_hold() {
+    let solid = together(&[octahedron(3), cuboid([-0.9, -0.5, -0.3], [0.2, 1.2, 0.6])]);
+    let (geometry, direction) = (Geometry::new(&solid), Direction::new(DVec3::new(0.3, -0.4, -0.8)).unwrap());
+    for samples in [2, 4, 3] {
+        let how = Peeling { resolution: 90, samples, repair: Repair::None };
+        let coarse = peel(&Cpu, &geometry, &direction, &how, &Stop::default()).unwrap().image;
+        let how = Peeling { resolution: 90 * samples, samples: 1, repair: Repair::None };
+        let fine = peel(&Cpu, &geometry, &direction, &how, &Stop::default()).unwrap().image;
+        assert_eq!(coarse.size(), [90; 2]);
+        let mut inside = 0;
+        for i in 0..90 * 90 {
+            for k in 0..40 {
+                let z = k as f32 / 40.0 + 0.003;
+                let rays = (0..samples * samples).filter(|j| {
+                    let (x, y) = (i % 90 * samples + j % samples, i / 90 * samples + j / samples);
+                    fine.ray((y * 90 * samples + x) as usize).chunks(2).any(|r| r[0] <= z && z <= r[1])
+                });
+                let expect = 2 * rays.count() as u32 >= samples * samples;
+                let found = coarse.ray(i as usize).chunks(2).any(|r| r[0] <= z && z <= r[1]);
+                assert_eq!(found, expect, "{samples}: texel {i}, depth {z}");
+                inside += u32::from(found);
+            }
+        }
+        assert!(inside > 10_000);
+    }
+    let how = Peeling { resolution: 8192, samples: 4, repair: Repair::None };
+    let refused = peel(&Cpu, &geometry, &direction, &how, &Stop::default()).unwrap_err();
+    assert!(refused.to_string().contains("32768 rays"), "{refused}");
 }
