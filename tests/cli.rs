@@ -368,6 +368,21 @@ fn a_solid_becomes_a_sprite_that_tells_inside_from_outside() {
     }
     assert!(counts[0] > 300 && counts[1] > 200, "{counts:?}");
 
+    assert_eq!((&read("vds.exr")[..4], &read("vds.dds")[..4]), (&[0x76, 0x2f, 0x31, 0x01][..], &b"DDS "[..]));
+    for name in ["vds.wgsl", "vds.comp", "vds.hlsl", "vds.metal", "vds.spv"] {
+        assert!(read(name).len() > 1000, "{name}");
+    }
+
+    // Depths of 16 bits change by no more than they promise.
+    let short = bake("cube.obj", &["--set", "compress.layout=rows", "--set", "compress.depths=u16"]);
+    assert_eq!(short.code, 0, "{} {}", short.out, short.err);
+    let (manifest, certificate) = (json("vds.json"), json("certificate.json"));
+    assert_eq!((&manifest["depths"]["form"], &manifest["sections"][2]["element"]), (&"u16".into(), &"u16x2".into()));
+    let error = |name: &str| certificate["depth_error"][name].as_f64().unwrap();
+    assert!(error("max") <= error("bound") && error("bound") <= 1.0 / 65536.0, "{certificate}");
+    let neither = bake("cube.obj", &["--set", "compress.layout=raw", "--set", "compress.depths=u16"]);
+    assert!(neither.code == 2 && neither.err.contains("`rows` and `runs`"), "{}", neither.err);
+
     // Another layout packs again; what was peeled is a hit.
     let again = bake("cube.obj", &[]);
     assert!(again.code == 0 && again.out.contains("4 hits, 3 ran"), "{} {}", again.out, again.err);

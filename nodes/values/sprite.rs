@@ -121,7 +121,11 @@ impl Artifact for Sprite {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::artifact::{from_bytes, to_bytes};
+    use crate::{
+        engine::artifact::{from_bytes, to_bytes},
+        sprite::{Placement, Ray, Volume},
+    };
+    use proptest::prelude::*;
     use std::sync::Arc;
 
     fn peeled() -> Peeled {
@@ -157,6 +161,38 @@ mod tests {
             let mut damaged = bytes.clone();
             damaged[at..at + 4].copy_from_slice(&wrong.to_le_bytes());
             assert!(from_bytes::<Peeled>(Arc::new(damaged)).is_err(), "{wrong}");
+        }
+    }
+
+    fn sprites() -> Vec<Sprite> {
+        let Peeled { image, frame, .. } = peeled();
+        let grid = Grid::around(&image);
+        let packed = Layout::ALL.map(|l| [Packed::new(&image, l), Packed::short(&image, l, grid)]);
+        packed.into_iter().flatten().flatten().map(|packed| Sprite { packed, frame }).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_a_sprite_that_can_be_asked_or_an_error(
+            which in 0..6usize, changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6), keep in 0.2..1.2f64,
+        ) {
+            let mut bytes = to_bytes(&sprites()[which]);
+            for (at, byte) in changes {
+                let at = at.index(bytes.len());
+                bytes[at] = byte;
+            }
+            bytes.truncate((bytes.len() as f64 * keep) as usize);
+            let bytes = Arc::new(bytes);
+            let _ = from_bytes::<Peeled>(bytes.clone());
+            if let Ok(Sprite { packed, frame }) = from_bytes::<Sprite>(bytes) {
+                let volume = Volume::new(packed.unpack(), &frame, &Placement::default());
+                let ray = Ray { origin: volume.bounds().min, direction: DVec3::new(0.3, 0.5, 0.7) };
+                for span in volume.spans(&ray) {
+                    volume.normal(&ray, &span.enter);
+                }
+                packed.contains([0.5, 0.5, 0.5]);
+                prop_assert!(packed.file().0.len() >= packed.values() * 4 - 2);
+            }
         }
     }
 }

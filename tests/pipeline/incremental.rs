@@ -147,6 +147,64 @@ fn only_what_depends_on_a_change_runs() {
     assert_eq!(site.ran(&[]), [""; 0], "and back");
 }
 
+/// Three solids, of which one grows.
+fn solids(size: f64) -> String {
+    let place = |name: &str, x: f64, scale: f64| {
+        format!(
+            "[[place]]\nfile = \"cube.obj\"\nname = \"{name}\"\ntranslate = [{x:?}, 0, 0]\nscale = {:?}\n",
+            [scale; 3]
+        )
+    };
+    place("a", -2.0, 1.0) + &place("b", 0.0, size) + &place("c", 2.0, 0.7)
+}
+
+const LENSES: &str = "
+[pipeline]
+base = \"vds-clip\"
+name = \"lenses\"
+[params]
+scene = \"yard.toml\"
+volumes = \"solids.toml\"
+resolution = 64
+views = 3
+size = [40, 30]
+places = [{ sprite = \"a\" }, { sprite = \"b\" }, { sprite = \"c\", at = [5.5, 0, 12] }]
+[nodes.draw]
+eye = [2, 3, 16]
+target = [6, 0, 12]
+effects = [{ volume = \"a\", style = \"hide\" }, { volume = \"c\", style = \"tint\" }]
+";
+
+#[test]
+fn a_lens_is_drawn_again_and_a_solid_re_runs_its_own_column() {
+    let site = Site::new();
+    let write = |name: &str, text: String| fs::write(site.0.path().join(name), text).unwrap();
+    write("solids.toml", solids(1.0));
+    write("yard.pipeline.toml", LENSES.into());
+    let picture = || fs::read(site.0.path().join("out/lenses/clip.png")).unwrap();
+    let first = site.bake(&[], 2, "cache", "out");
+    assert!(first.nodes.iter().all(|n| n.runs > 0), "{first:?}");
+    let before = picture();
+
+    // Its style, and its place: a sprite is moved at run time.
+    write("yard.pipeline.toml", LENSES.replace("tint", "normals"));
+    assert_eq!(site.ran(&[]), ["draw"]);
+    let styled = picture();
+    assert!(styled != before);
+    write("yard.pipeline.toml", LENSES.replace("at = [5.5, 0, 12]", "at = [6.5, 0, 12]"));
+    assert_eq!(site.ran(&[]), ["draw"]);
+    assert!(picture() != before);
+
+    write("yard.pipeline.toml", LENSES.into());
+    write("solids.toml", solids(1.3));
+    let report = site.bake(&[], 2, "cache", "out");
+    for name in ["direction", "peel", "compress"] {
+        let node = report.nodes.iter().find(|n| n.name == name).unwrap();
+        assert_eq!((node.runs, node.hits), (1, 2), "{name}");
+    }
+    assert_eq!(names(&report), ["solids", "split", "direction", "peel", "compress", "draw"]);
+}
+
 #[test]
 fn threads_and_caches_change_no_byte() {
     let site = Site::new();
