@@ -13,7 +13,7 @@ use crate::{
     math::View,
     ports,
     raster::{Geometry, Light, MAX_SIDE, Shader},
-    scene::Scene,
+    scene::{Scene, select::matches},
     sprite::{self, Drawing, Volume, draw},
 };
 use glam::DVec3;
@@ -51,7 +51,7 @@ pub struct Params {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Effect {
-    /// Name of the place or sprite.
+    /// Pattern of the names of places or sprites; each that matches has the effect.
     pub volume: String,
     /// Which of its zones.
     #[serde(default)]
@@ -59,7 +59,7 @@ pub struct Effect {
     /// Half side of the cube whose eight corners are tested, metres, at least 0. Without it there is no border.
     #[serde(default)]
     pub border: f64,
-    /// Pattern of the names of the objects, and of the `solids`, that it touches; `*` is any text, `?` any one character.
+    /// Pattern of the names of the objects, and of the other volumes among `solids`, that it touches; `*` is any text, `?` any one character.
     #[serde(default = "all")]
     pub objects: String,
     /// How they look there.
@@ -106,7 +106,7 @@ pub enum Style {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Solid {
-    /// Name of the place or sprite.
+    /// Pattern of the names of places or sprites.
     pub volume: String,
     /// Its sRGB colour.
     #[serde(default = "white")]
@@ -203,6 +203,13 @@ impl Node for DrawSprites {
                 return Err(("effects", format!("`{}`: the zone `border` needs a `border` above 0 m", e.volume)));
             }
         }
+        let names: Vec<&str> = params.places.iter().map(Place::name).collect();
+        let unplaced = |volume: &str| !names.is_empty() && !names.iter().any(|name| matches(volume, name));
+        let effects = params.effects.iter().map(|e| ("effects", &e.volume));
+        let asked = effects.chain(params.solids.iter().map(|s| ("solids", &s.volume)));
+        if let Some((param, volume)) = asked.into_iter().find(|(_, volume)| unplaced(volume)) {
+            return Err((param, format!("no place is called `{volume}`; there are `{}`", names.join("`, `"))));
+        }
         if let Some(s) = params.solids.iter().find(|s| !(0.0..=1.0).contains(&s.opacity)) {
             return Err(("solids", format!("`{}`: expected an opacity of 0 to 1, found {}", s.volume, s.opacity)));
         }
@@ -212,29 +219,27 @@ impl Node for DrawSprites {
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
         let (names, volumes): (Vec<String>, Vec<Volume>) =
             volumes::volumes(&params.places, &inputs.sprites)?.into_iter().unzip();
-        let number = |param: &str, name: &str| {
-            let found = names.iter().position(|n| n == name);
-            found.ok_or_else(|| unknown(param, name, names.iter().map(|n| &**n)))
+        let numbers = |param: &str, pattern: &str| {
+            let found: Vec<usize> = (0..names.len()).filter(|i| matches(pattern, &names[*i])).collect();
+            if found.is_empty() { Err(unknown(param, pattern, names.iter().map(|n| &**n))) } else { Ok(found) }
         };
-        let effect = |e: &Effect| {
-            Ok(sprite::Effect {
-                volume: number("effects", &e.volume)?,
-                zone: match e.zone {
-                    Zone::Inside => sprite::Zone::Inside,
-                    Zone::Border => sprite::Zone::Border,
-                    Zone::Outside => sprite::Zone::Outside,
-                },
-                border: e.border,
-                objects: e.objects.clone(),
-                style: style(e.style, e.color.map(srgb::to_linear)),
-            })
-        };
-        let solid = |s: &Solid| {
-            let (volume, color) = (number("solids", &s.volume)?, s.color.map(srgb::to_linear));
-            Ok(sprite::Solid { volume, color, opacity: s.opacity })
-        };
-        let effects: Vec<_> = params.effects.iter().map(effect).collect::<Result<_, NodeError>>()?;
-        let solids: Vec<_> = params.solids.iter().map(solid).collect::<Result<_, NodeError>>()?;
+        let (mut effects, mut solids) = (Vec::new(), Vec::new());
+        for e in &params.effects {
+            let zone = match e.zone {
+                Zone::Inside => sprite::Zone::Inside,
+                Zone::Border => sprite::Zone::Border,
+                Zone::Outside => sprite::Zone::Outside,
+            };
+            let style = style(e.style, e.color.map(srgb::to_linear));
+            for volume in numbers("effects", &e.volume)? {
+                effects.push(sprite::Effect { volume, zone, border: e.border, objects: e.objects.clone(), style });
+            }
+        }
+        for s in &params.solids {
+            let color = s.color.map(srgb::to_linear);
+            let all = numbers("solids", &s.volume)?.into_iter();
+            solids.extend(all.map(|volume| sprite::Solid { volume, color, opacity: s.opacity }));
+        }
         let objects = [&inputs.scene, &inputs.beside].into_iter().flatten().flat_map(|s| s.objects.clone());
         let scene = Scene { objects: objects.collect() };
         let view = view(params, &scene, &volumes)?;
@@ -271,7 +276,7 @@ fn style(style: Style, color: [f32; 3]) -> sprite::Style {
 fn view(params: &Params, scene: &Scene, volumes: &[Volume]) -> Result<View, NodeError> {
     debug_assert!(params.size.iter().all(|n| n * params.samples <= MAX_SIDE));
     let mut bounds = scene.bounds();
-    if params.solids.len() > scene.objects.len() || bounds.is_empty() {
+    if scene.objects.is_empty() {
         bounds = volumes.iter().fold(bounds, |b, v| b.union(v.bounds()));
     }
     let (centre, size) = (bounds.centre(), bounds.diagonal());
@@ -286,4 +291,54 @@ fn view(params: &Params, scene: &Scene, volumes: &[Volume]) -> Result<View, Node
     let far = bounds.corners().iter().map(|c| (*c - eye).length()).fold(0.0, f64::max) + size;
     let [width, height] = params.size;
     Ok(View::look_at(eye, target, DVec3::Y, params.fov.to_radians(), width, height, far * 1e-5, far))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mistakes_are_named_before_anything_runs() {
+        let place = |name: &str, scale| Place {
+            name: Some(name.into()),
+            sprite: "box".into(),
+            at: None,
+            scale,
+            turn: [0.0; 3],
+        };
+        let effect = |volume: &str, zone, border| Effect {
+            volume: volume.into(),
+            zone,
+            border,
+            objects: "*".into(),
+            style: Style::Hide,
+            color: [0; 3],
+        };
+        let solid = |opacity| Solid { volume: "a".into(), color: [0; 3], opacity };
+        let good = || Params {
+            places: vec![place("a", 1.0), place("b", 2.0)],
+            effects: vec![effect("a", Zone::Inside, 0.0), effect("b", Zone::Border, 0.1)],
+            solids: vec![solid(0.5)],
+            ..Params::default()
+        };
+        assert_eq!(DrawSprites::check(&good()), Ok(()));
+        let refused = |change: &dyn Fn(&mut Params)| {
+            let mut params = good();
+            change(&mut params);
+            DrawSprites::check(&params).unwrap_err().0
+        };
+        assert_eq!(refused(&|p| p.places.push(place("a", 1.0))), "places");
+        assert_eq!(refused(&|p| p.places[0].scale = 0.0), "places");
+        assert_eq!(refused(&|p| p.places[0].turn[1] = f64::NAN), "places");
+        assert_eq!(refused(&|p| p.effects.push(effect("c", Zone::Inside, 0.0))), "effects");
+        assert_eq!(refused(&|p| p.effects.push(effect("a", Zone::Border, 0.0))), "effects");
+        assert_eq!(refused(&|p| p.effects[0].border = -1.0), "effects");
+        assert_eq!(refused(&|p| p.solids[0].opacity = 1.5), "solids");
+        assert_eq!(refused(&|p| p.size = [0, 1]), "size");
+        assert_eq!(refused(&|p| p.samples = 5), "samples");
+        assert_eq!(refused(&|p| p.fov = 180.0), "fov");
+        assert_eq!(refused(&|p| p.eye = Some([f64::INFINITY, 0.0, 0.0])), "eye");
+        // Without places the names are those of the sprites, which nobody knows yet.
+        assert_eq!(DrawSprites::check(&Params { places: vec![], ..good() }), Ok(()));
+    }
 }

@@ -11,6 +11,7 @@ pub const STOCK: &[Stock] = &[
     ("vds-borders", include_str!("../../pipelines/vds-borders.toml")),
     ("vds-clip", include_str!("../../pipelines/vds-clip.toml")),
     ("vds-collide", include_str!("../../pipelines/vds-collide.toml")),
+    ("vds-draw", include_str!("../../pipelines/vds-draw.toml")),
     ("vds-lenses", include_str!("../../pipelines/vds-lenses.toml")),
     ("vds-points", include_str!("../../pipelines/vds-points.toml")),
     ("vds-styles", include_str!("../../pipelines/vds-styles.toml")),

@@ -22,7 +22,7 @@ pub struct Effect {
     pub zone: Zone,
     /// Half side of the cube of the eight-corner test, metres; 0 asks for the point alone, which has no border.
     pub border: f64,
-    /// Pattern of the names of the objects, and of the volumes that are drawn themselves, that it touches.
+    /// Pattern of the names of the objects, and of the other volumes that are drawn themselves, that it touches.
     pub objects: String,
     pub style: Style,
 }
@@ -218,6 +218,10 @@ impl<'a> Brush<'a> {
 
     fn after_effects(&self, mut color: Vec3, object: usize, point: &Point, ray: &Ray) -> Option<Vec3> {
         for (effect, touched) in self.drawing.effects.iter().zip(&self.touched) {
+            // A solid's surface is on its own border everywhere.
+            if object == self.objects + effect.volume {
+                continue;
+            }
             let volume = &self.drawing.volumes[effect.volume];
             if touched[object] && volume.zone(point.position, effect.border) == effect.zone {
                 color = self.styled(&effect.style, color, point, ray)?;

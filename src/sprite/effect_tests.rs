@@ -260,6 +260,9 @@ fn solids_lie_where_their_depths_say() {
         (at(&glass, -0.5, 0.5), at(&glass, -1.2, 0.5), at(&glass, 0.5, 0.5)),
         ([255, half, half], [half, 0, half], WHITE)
     );
+    // What happens inside a volume does not happen to its own surface.
+    let own = effect(0, Zone::Inside, 0.0, "*", Style::Hide);
+    assert_eq!(at(&stage.draw(&[own], &[solid(0, 1.0)], 1), -0.5, 0.5), RED);
     // A solid that is clipped shows its cut.
     let cut = effect(1, Zone::Inside, 0.0, "left", Style::Hide);
     let clipped = stage.draw(&[cut], &[solid(0, 1.0)], 1);
