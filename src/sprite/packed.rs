@@ -69,9 +69,13 @@ enum Data {
     Ranges { side: u32, ranges: usize, texels: Vec<[u32; 2]> },
     /// `before[row]` ranges come before the row, `prefix[texel]` of its row before the texel.
     Rows { before: Vec<u32>, prefix: Vec<u16>, ranges: Ranges },
-    /// The runs of a row are `runs[first[row]..first[row + 1]]`, by their first texel.
-    Runs { first: Vec<u32>, runs: Vec<Run>, ranges: Ranges },
+    /// The runs of a row are `runs[first[row]..first[row + 1]]`, by their first texel. `blocks` is made from them and stored nowhere: for
+    /// every [`BLOCK`] texels of every row the first run of the row that ends in or behind them.
+    Runs { first: Vec<u32>, runs: Vec<Run>, blocks: Vec<u32>, ranges: Ranges },
 }
+
+/// Texels for which a search among the runs of a row begins at the same one.
+const BLOCK: usize = 32;
 
 /// Neighbouring texels of a row with equally many ranges.
 #[repr(C)]
@@ -158,7 +162,7 @@ impl Packed {
             Data::Raw { depths } => depths.len(),
             Data::Ranges { ranges, .. } => 2 * (self.region.texels() + ranges),
             Data::Rows { before, prefix, ranges } => before.len() + prefix.len().div_ceil(2) + ranges.values(),
-            Data::Runs { first, runs, ranges } => first.len() + 3 * runs.len() + ranges.values(),
+            Data::Runs { first, runs, ranges, .. } => first.len() + 3 * runs.len() + ranges.values(),
         }
     }
 
@@ -186,7 +190,7 @@ impl Packed {
                 put("prefix", "u16", prefix.len(), bytemuck::cast_slice(prefix));
                 put("ranges", ranges.element(), ranges.len(), ranges.bytes());
             }
-            Data::Runs { first, runs, ranges } => {
+            Data::Runs { first, runs, ranges, .. } => {
                 put("first", "u32", first.len(), bytemuck::cast_slice(first));
                 put("runs", "u16x2 u32x2", runs.len(), bytemuck::cast_slice(runs));
                 put("ranges", ranges.element(), ranges.len(), ranges.bytes());
@@ -215,7 +219,7 @@ impl Packed {
                 list.iter().flatten().map(|bits| f32::from_bits(*bits)).collect()
             }
             Data::Rows { before, prefix, ranges } => ranges.depths(row_ranges(width, before, prefix, i)),
-            Data::Runs { first, runs, ranges } => ranges.depths(run_ranges(width, first, runs, i)),
+            Data::Runs { first, runs, blocks, ranges } => ranges.depths(run_ranges(width, first, runs, blocks, i)),
         }
     }
 
@@ -244,7 +248,7 @@ impl Packed {
                 list.iter().any(|[s, e]| f32::from_bits(*s) <= z && z <= f32::from_bits(*e))
             }
             Data::Rows { before, prefix, ranges } => ranges.hold(row_ranges(width, before, prefix, i), z),
-            Data::Runs { first, runs, ranges } => ranges.hold(run_ranges(width, first, runs, i), z),
+            Data::Runs { first, runs, blocks, ranges } => ranges.hold(run_ranges(width, first, runs, blocks, i), z),
         }
     }
 }
@@ -260,16 +264,32 @@ fn row_ranges(width: usize, before: &[u32], prefix: &[u16], i: usize) -> Range<u
 
 /// The ranges of texel `i` of the layout `runs`.
 #[inline]
-fn run_ranges(width: usize, first: &[u32], runs: &[Run], i: usize) -> Range<usize> {
-    let (row, x) = (i / width, (i % width) as u16);
-    let list = &runs[first[row] as usize..first[row + 1] as usize];
-    let Some(k) = list.partition_point(|run| run.x <= x).checked_sub(1) else { return 0..0 };
-    let (run, along) = (list[k], x - list[k].x);
-    if along >= run.length {
-        return 0..0;
+fn run_ranges(width: usize, first: &[u32], runs: &[Run], blocks: &[u32], i: usize) -> Range<usize> {
+    let (row, x) = (i / width, i % width);
+    let begin = blocks[row * width.div_ceil(BLOCK) + x / BLOCK];
+    for run in &runs[begin as usize..first[row + 1] as usize] {
+        let Some(along) = x.checked_sub(usize::from(run.x)) else { break };
+        if along < usize::from(run.length) {
+            let from = run.start as usize + along * run.count as usize;
+            return from..from + run.count as usize;
+        }
     }
-    let from = run.start as usize + usize::from(along) * run.count as usize;
-    from..from + run.count as usize
+    0..0
+}
+
+/// See [`Data::Runs`].
+fn blocks(width: usize, first: &[u32], runs: &[Run]) -> Vec<u32> {
+    let mut blocks = Vec::with_capacity((first.len() - 1) * width.div_ceil(BLOCK));
+    for row in first.windows(2) {
+        let mut at = row[0];
+        for x in (0..width).step_by(BLOCK) {
+            while at < row[1] && usize::from(runs[at as usize].x) + usize::from(runs[at as usize].length) <= x {
+                at += 1;
+            }
+            blocks.push(at);
+        }
+    }
+    blocks
 }
 
 fn raw(image: &LayeredDepthImage) -> Option<Data> {
@@ -333,5 +353,5 @@ fn runs(image: &LayeredDepthImage, ranges: Ranges) -> Option<Data> {
         runs.extend(last.filter(|run| run.count > 0));
         first.push(u32::try_from(runs.len()).ok()?);
     }
-    Some(Data::Runs { first, runs, ranges })
+    Some(Data::Runs { blocks: blocks(region.width as usize, &first, &runs), first, runs, ranges })
 }

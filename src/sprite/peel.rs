@@ -103,7 +103,7 @@ pub enum Repair {
 pub struct Peeling {
     /// Texels along a side of the image.
     pub resolution: u32,
-    /// Rays along a texel's side. With more than one a texel holds what at least half of its rays hold: steep faces, which rays
+    /// Rays along a texel's side, 1 to 64. With more than one a texel holds what at least half of its rays hold: steep faces, which rays
     /// through texel centres undersample (the paper's section 6), are placed better.
     pub samples: u32,
     pub repair: Repair,
@@ -131,6 +131,8 @@ pub enum PeelError {
     Empty,
     #[error("no ray meets the surface at {0} × {0} texels")]
     Missed(u32),
+    #[error("{0} rays along a texel's side; expected 1 to {side}", side = Tile::SIDE)]
+    Samples(u32),
     #[error("{0} rays along a side of the image, texels times samples; expected 1 to {MAX_SIDE}")]
     Resolution(u64),
     #[error(
@@ -158,10 +160,10 @@ pub fn peel(
     }
     let frame = Frame::around(geometry, direction).ok_or(PeelError::Empty)?;
     // A texel's rays lie in one tile.
-    let side = Tile::SIDE / samples.min(Tile::SIDE) * samples;
-    if side > Tile::SIDE {
-        return Err(PeelError::Resolution(rays));
+    if samples > Tile::SIDE {
+        return Err(PeelError::Samples(samples));
     }
+    let side = Tile::SIDE / samples * samples;
     let view = frame.view(resolution * samples);
     let prepared = Prepared::with_tiles(geometry, &view, &Options::default(), side, stop)?;
     let tiles = fragments_in_tiles(backend, &prepared, stop, |tile, fragments| {
