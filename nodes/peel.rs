@@ -21,7 +21,7 @@ use std::sync::Arc;
 pub struct Params {
     /// Texels along a side of the image, 1 to 16384.
     pub resolution: u32,
-    /// Rays in a texel: 1, 4 or 16. With more than one a texel holds what at least half of its rays hold, so steep faces are placed better;
+    /// Rays in a texel: 1, 4 or 16. With more than one a texel holds what at least half of its rays hold: no thin part is decided by one ray;
     /// `resolution` times their root may not exceed 16384.
     pub samples: u32,
     /// What happens to rays that cross the surface an odd number of times.

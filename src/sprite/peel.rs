@@ -103,8 +103,8 @@ pub enum Repair {
 pub struct Peeling {
     /// Texels along a side of the image.
     pub resolution: u32,
-    /// Rays along a texel's side, 1 to 64. With more than one a texel holds what at least half of its rays hold: steep faces, which rays
-    /// through texel centres undersample (the paper's section 6), are placed better.
+    /// Rays along a texel's side, 1 to 64. With more than one a texel holds what at least half of its rays hold, so that steep faces and
+    /// thin parts, which rays through texel centres undersample (the paper's limitation), are not decided by one ray.
     pub samples: u32,
     pub repair: Repair,
 }
