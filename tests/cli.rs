@@ -396,3 +396,44 @@ fn a_solid_becomes_a_sprite_that_tells_inside_from_outside() {
     // Every ray enters and never leaves: nothing remains to pack.
     assert!(repaired.code == 1 && repaired.err.contains("no ray meets"), "{}", repaired.err);
 }
+
+#[test]
+fn the_applications_of_sprites_draw_and_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipelines = ["clip", "borders", "styles", "lenses", "collide", "points", "draw"];
+    let mut pictures = Vec::new();
+    for name in pipelines {
+        let pipeline = format!("vds-{name}");
+        let small = ["--set", "resolution=96", "--set", "views=5", "--set", "size=[96, 64]"];
+        let done = farfield(folder.path(), &[&["bake", pipeline.as_str()], &small[..]].concat());
+        assert_eq!(done.code, 0, "{name}: {} {}", done.out, done.err);
+        let out = folder.path().join("out").join(&pipeline);
+        let picture = farfield::image::load_png(&out.join(format!("{name}.png"))).unwrap();
+        assert_eq!((picture.width, picture.height), (96, 64), "{name}");
+        let background = picture.texels.iter().filter(|t| **t == [222, 226, 230, 255]).count();
+        assert!(background < picture.texels.len() * 19 / 20, "{name}: nothing is drawn");
+        assert!(!out.join("clip.png").exists() || name == "clip", "{name} draws another picture too");
+        pictures.push(picture.texels);
+    }
+    // Four of them show one scene, and no two the same.
+    for i in 0..pictures.len() {
+        assert!(!pictures[..i].contains(&pictures[i]), "{}", pipelines[i]);
+    }
+    let json = |name: &str| {
+        let bytes = std::fs::read(folder.path().join("out").join(name)).unwrap();
+        serde_json::from_slice::<serde_json::Value>(&bytes).unwrap()
+    };
+    let report = json("vds-collide/collide.json");
+    let pairs: Vec<_> = report["pairs"].as_array().unwrap().iter().map(|p| (&p["a"], &p["b"], &p["collide"])).collect();
+    let expect = [("box", "sphere", true), ("box", "torus", false), ("sphere", "torus", true)];
+    assert_eq!(pairs.len(), expect.len());
+    for ((a, b, collide), expect) in pairs.into_iter().zip(expect) {
+        assert_eq!((a.as_str().unwrap(), b.as_str().unwrap(), collide.as_bool().unwrap()), expect);
+    }
+    let points = json("vds-points/points.json");
+    let number = |pointer: &str| points.pointer(pointer).unwrap().as_u64().unwrap();
+    let inside: u64 = ["box", "sphere", "torus"].iter().map(|s| number(&format!("/inside/{s}"))).sum();
+    // No point lies in all three.
+    assert_eq!(number("/points"), number("/outside") + inside - number("/inside_several"));
+    assert!(inside > 60 && number("/outside") > 300, "{points}");
+}
