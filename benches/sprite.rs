@@ -48,6 +48,13 @@ fn measure(c: &mut Criterion, name: &str, scene: &Scene) {
         group.bench_function(format!("{} points in {layout:?}", points.len()), |b| {
             b.iter(|| black_box(points.iter().filter(|p| packed.contains(**p)).count()))
         });
+        let mut inside = vec![false; points.len()];
+        group.bench_function(format!("{} points at once in {layout:?}", points.len()), |b| {
+            b.iter(|| {
+                packed.contain(&points, &mut inside);
+                black_box(inside.iter().filter(|inside| **inside).count())
+            })
+        });
     }
     group.finish();
 }

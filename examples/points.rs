@@ -57,7 +57,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         inside += plain.iter().filter(|p| **p).count();
         for (k, (_, packed)) in layouts.iter().enumerate() {
             let start = Instant::now();
-            let cpu: Vec<bool> = points.iter().map(|p| packed.contains(*p)).collect();
+            let mut cpu = vec![false; points.len()];
+            packed.contain(&points, &mut cpu);
             seconds[k][0] += start.elapsed().as_secs_f64();
             let start = Instant::now();
             let shader = gpu.classify(packed, &points, &stop)?;

@@ -253,6 +253,56 @@ impl Packed {
     }
 }
 
+impl Packed {
+    /// The parity test on many points: what [`Packed::contains`] says of each. Quicker than one by one, because a block's ranges are looked up
+    /// before any of them is compared: memory answers for several points at once.
+    ///
+    /// # Panics
+    /// Where `inside` has another length than `points`.
+    pub fn contain(&self, points: &[[f32; 3]], inside: &mut [bool]) {
+        assert_eq!(points.len(), inside.len(), "an answer for every point");
+        let width = self.region.width as usize;
+        match &self.data {
+            Data::Raw { .. } => inside.iter_mut().zip(points).for_each(|(inside, p)| *inside = self.contains(*p)),
+            Data::Ranges { texels, .. } => {
+                let list = |i: usize| texels[i][0] as usize..(texels[i][0] + texels[i][1]) as usize;
+                let hold = |list: Range<usize>, z: f32| {
+                    texels[list].iter().any(|[s, e]| f32::from_bits(*s) <= z && z <= f32::from_bits(*e))
+                };
+                self.in_blocks(points, inside, list, hold);
+            }
+            Data::Rows { before, prefix, ranges } => {
+                let list = |i| row_ranges(width, before, prefix, i);
+                self.in_blocks(points, inside, list, |list, z| ranges.hold(list, z));
+            }
+            Data::Runs { first, runs, blocks, ranges } => {
+                let list = |i| run_ranges(width, first, runs, blocks, i);
+                self.in_blocks(points, inside, list, |list, z| ranges.hold(list, z));
+            }
+        }
+    }
+
+    #[inline]
+    fn in_blocks(
+        &self,
+        points: &[[f32; 3]],
+        inside: &mut [bool],
+        list: impl Fn(usize) -> Range<usize>,
+        hold: impl Fn(Range<usize>, f32) -> bool,
+    ) {
+        const POINTS: usize = 64;
+        let mut lists = [const { 0..0 }; POINTS];
+        for (points, inside) in points.chunks(POINTS).zip(inside.chunks_mut(POINTS)) {
+            for (place, p) in lists.iter_mut().zip(points) {
+                *place = texel(self.size, &self.region, *p).map_or(0..0, &list);
+            }
+            for ((inside, place), p) in inside.iter_mut().zip(&lists).zip(points) {
+                *inside = hold(place.clone(), p[2]);
+            }
+        }
+    }
+}
+
 /// The ranges of texel `i` of the layout `rows`.
 #[inline]
 fn row_ranges(width: usize, before: &[u32], prefix: &[u16], i: usize) -> Range<usize> {
