@@ -1,6 +1,7 @@
 //! `classify-points`: which points of a set lie in which solids.
 
 use super::{
+    json_file,
     values::Sprite,
     volumes::{self, Place},
 };
@@ -10,7 +11,7 @@ use crate::{
         plan::File,
     },
     image::srgb,
-    math::Sequence,
+    math::{Aabb, Sequence},
     ports,
     scene::{Material, Mesh, Object, Part, Scene},
     sprite::Volume,
@@ -104,10 +105,7 @@ impl Node for ClassifyPoints {
         ctx.stop.check()?;
         let held = |p: &DVec3| volumes.iter().map(|(_, v)| v.contains(*p)).collect::<Vec<_>>();
         let held: Vec<Vec<bool>> = points.par_iter().map(held).collect();
-        let bounds = points.iter().fold(crate::math::Aabb::EMPTY, |mut b, p| {
-            b.add(*p);
-            b
-        });
+        let bounds: Aabb = points.iter().copied().collect();
         let size = (params.dot * bounds.diagonal()).max(f64::from(f32::MIN_POSITIVE)) as f32;
         let dots = |name: String, color: [u8; 3], wanted: &dyn Fn(&[bool]) -> bool| {
             let some = points.iter().zip(&held).filter(|(_, h)| wanted(h)).map(|(p, _)| p.as_vec3());
@@ -130,12 +128,7 @@ impl Node for ClassifyPoints {
             "inside_several": held.iter().filter(|h| h.iter().filter(|h| **h).count() > 1).count(),
             "outside": held.iter().filter(|h| !h.contains(&true)).count(),
         });
-        let mut bytes = serde_json::to_vec_pretty(&report).map_err(|e| NodeError::from_error(&e))?;
-        bytes.push(b'\n');
-        Ok(Out {
-            report: Arc::new(File { media_type: "application/json".into(), bytes }),
-            dots: Arc::new(Scene { objects }),
-        })
+        Ok(Out { report: json_file(&report)?, dots: Arc::new(Scene { objects }) })
     }
 }
 

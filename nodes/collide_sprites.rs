@@ -1,6 +1,7 @@
 //! `collide-sprites`: which solids share space.
 
 use super::{
+    json_file,
     values::Sprite,
     volumes::{self, Place},
 };
@@ -78,8 +79,6 @@ impl Node for CollideSprites {
         }
         let colliding = pairs.iter().filter(|p| p["collide"] == true).count();
         let report = json!({ "pairs": pairs, "colliding_pairs": colliding });
-        let mut bytes = serde_json::to_vec_pretty(&report).map_err(|e| NodeError::from_error(&e))?;
-        bytes.push(b'\n');
-        Ok(Out { report: Arc::new(File { media_type: "application/json".into(), bytes }) })
+        Ok(Out { report: json_file(&report)? })
     }
 }

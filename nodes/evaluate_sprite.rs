@@ -1,6 +1,9 @@
 //! `evaluate-sprite`: the certificate of a depth sprite.
 
-use super::values::{Choice, Sprite};
+use super::{
+    json_file,
+    values::{Choice, Sprite},
+};
 use crate::{
     engine::{
         node::{Ctx, Node, NodeError},
@@ -170,8 +173,6 @@ impl Node for EvaluateSprite {
             "differing_answers_of_layouts": counts.layouts,
             "answers_changed_by_rounding": counts.changed,
         });
-        let mut bytes = serde_json::to_vec_pretty(&certificate).map_err(|e| NodeError::from_error(&e))?;
-        bytes.push(b'\n');
-        Ok(Out { certificate: Arc::new(File { media_type: "application/json".into(), bytes }) })
+        Ok(Out { certificate: json_file(&certificate)? })
     }
 }

@@ -25,7 +25,10 @@ mod write_glb;
 mod write_sprite;
 
 use crate::{
-    engine::node::{Ctx, Registry},
+    engine::{
+        node::{Ctx, NodeError, Registry},
+        plan::File,
+    },
     raster::{Backend, Cpu},
 };
 use std::sync::Arc;
@@ -33,6 +36,23 @@ use std::sync::Arc;
 /// Who renders: the device that the program was given, or the CPU.
 fn backend<'a>(ctx: &Ctx<'a>) -> &'a dyn Backend {
     ctx.device.and_then(|d| d.downcast_ref::<Arc<dyn Backend>>()).map_or(&Cpu, |b| &**b)
+}
+
+/// Along a pixel's or a texel's side, of the numbers of samples that parameters allow.
+fn samples_per_side(samples: u32) -> Option<u32> {
+    match samples {
+        1 => Some(1),
+        4 => Some(2),
+        16 => Some(4),
+        _ => None,
+    }
+}
+
+/// A JSON file that ends with a line break.
+fn json_file(value: &serde_json::Value) -> Result<Arc<File>, NodeError> {
+    let mut bytes = serde_json::to_vec_pretty(value).map_err(|e| NodeError::from_error(&e))?;
+    bytes.push(b'\n');
+    Ok(Arc::new(File { media_type: "application/json".into(), bytes }))
 }
 
 /// Every kind that the program knows.
@@ -67,7 +87,7 @@ mod tests {
     use super::*;
     use crate::{
         array::Bytes,
-        engine::node::{Device, Door, NodeError},
+        engine::node::{Device, Door},
         math::{Stop, Stopped},
         raster::{OnFragments, OnNearest, Prepared},
     };

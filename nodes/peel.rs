@@ -1,6 +1,6 @@
 //! `peel`: all depths along one direction.
 
-use super::{select_direction::failure, values::Choice};
+use super::{samples_per_side, select_direction::failure, values::Choice};
 use crate::{
     engine::node::{Ctx, Node, NodeError},
     ports,
@@ -81,7 +81,7 @@ impl Node for Peel {
         if !(1..=MAX_SIDE).contains(&params.resolution) {
             return Err(("resolution", format!("expected 1 to {MAX_SIDE} texels, found {}", params.resolution)));
         }
-        let Some(side) = side(params.samples) else {
+        let Some(side) = samples_per_side(params.samples) else {
             return Err(("samples", format!("expected 1, 4 or 16, found {}", params.samples)));
         };
         if params.resolution * side > MAX_SIDE {
@@ -102,7 +102,8 @@ impl Node for Peel {
             Repair::Pair => sprite::Repair::Pair,
         };
         let backend = super::backend(ctx);
-        let how = Peeling { resolution: params.resolution, samples: side(params.samples).unwrap_or(1), repair };
+        let how =
+            Peeling { resolution: params.resolution, samples: samples_per_side(params.samples).unwrap_or(1), repair };
         let peeled = sprite::peel(backend, &geometry, &direction, &how, ctx.stop);
         let peeled = peeled.map_err(failure)?;
         if let Some(first) = peeled.odd.first() {
@@ -115,15 +116,5 @@ impl Node for Peel {
             ));
         }
         Ok(Out { image: Arc::new(peeled) })
-    }
-}
-
-/// Rays along a texel's side.
-fn side(samples: u32) -> Option<u32> {
-    match samples {
-        1 => Some(1),
-        4 => Some(2),
-        16 => Some(4),
-        _ => None,
     }
 }

@@ -1,5 +1,6 @@
 //! `render-slices`: the layered voxel field that a view cell sees.
 
+use super::samples_per_side;
 use crate::{
     engine::node::{Ctx, List, Node, NodeError},
     ports,
@@ -89,7 +90,7 @@ impl Node for RenderSlices {
         if !(params.fov > 0.0 && params.fov < 180.0) {
             return Err(("fov", format!("expected more than 0 and less than 180 degrees, found {}", params.fov)));
         }
-        if side(params.samples).is_none() {
+        if samples_per_side(params.samples).is_none() {
             return Err(("samples", format!("expected 1, 4 or 16, found {}", params.samples)));
         }
         if params.skirt > 8 {
@@ -103,7 +104,7 @@ impl Node for RenderSlices {
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
         let (scene, cell) = (&*inputs.scene, &*inputs.cell);
-        let samples = side(params.samples).unwrap_or(2);
+        let samples = samples_per_side(params.samples).unwrap_or(2);
         let geometry = Geometry::new(scene);
         let soup = Soup::new(&geometry, cell.centre);
         if soup.corners.is_empty() {
@@ -142,16 +143,6 @@ impl Node for RenderSlices {
         let names = slices.frusta.iter().map(|f| axis_name(f).to_owned());
         let fields = List(names.zip(fields.into_iter().map(Arc::new)).collect());
         Ok(Out { slices: Arc::new(slices), fields, near: Arc::new(near) })
-    }
-}
-
-/// Samples along a pixel's side.
-fn side(samples: u32) -> Option<u32> {
-    match samples {
-        1 => Some(1),
-        4 => Some(2),
-        16 => Some(4),
-        _ => None,
     }
 }
 

@@ -1,6 +1,6 @@
 //! `write-sprite`: a packed layered depth image for shaders and programs.
 
-use super::values::Sprite;
+use super::{json_file, values::Sprite};
 use crate::{
     engine::{
         node::{Ctx, Node, NodeError},
@@ -111,12 +111,10 @@ impl Node for WriteSprite {
             "data": { "file": params.data, "bytes": bytes.len(), "blake3": blake3::hash(&bytes).to_hex().as_str() },
             "sections": sections,
         });
-        let mut text = serde_json::to_vec_pretty(&manifest).map_err(|e| NodeError::from_error(&e))?;
-        text.push(b'\n');
         let file = |media_type: &str, bytes: Vec<u8>| Arc::new(File { media_type: media_type.into(), bytes });
         let image = packed.unpack();
         Ok(Out {
-            manifest: file("application/json", text),
+            manifest: json_file(&manifest)?,
             data: file("application/octet-stream", bytes),
             layers: file("image/x-exr", layers(&image)?),
             texture: file("image/vnd-ms.dds", texture(&image)?),

@@ -15,6 +15,15 @@ impl Default for Aabb {
     }
 }
 
+/// The box around points.
+impl FromIterator<DVec3> for Aabb {
+    fn from_iter<I: IntoIterator<Item = DVec3>>(points: I) -> Self {
+        let mut b = Self::EMPTY;
+        points.into_iter().for_each(|p| b.add(p));
+        b
+    }
+}
+
 impl Aabb {
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
@@ -28,11 +37,7 @@ impl Aabb {
     }
 
     pub fn of(points: impl IntoIterator<Item = Vec3>) -> Self {
-        let mut b = Self::EMPTY;
-        for p in points {
-            b.add(p.as_dvec3());
-        }
-        b
+        points.into_iter().map(|p| p.as_dvec3()).collect()
     }
 
     pub fn union(self, o: Self) -> Self {

@@ -17,8 +17,7 @@ impl Grid {
         let least = image.depths().iter().copied().fold(1.0, f32::min);
         let most = image.depths().iter().copied().fold(0.0, f32::max);
         let fine = (17..=23).rev().map(|exponent| Self { exponent, base: Self::steps(exponent, least) });
-        let holds =
-            |grid: &Self| Self::steps(grid.exponent, most) - grid.base.min(Self::steps(grid.exponent, most)) <= 65535;
+        let holds = |grid: &Self| Self::steps(grid.exponent, most).saturating_sub(grid.base) <= 65535;
         fine.into_iter().find(holds).unwrap_or(Self { exponent: 16, base: 0 })
     }
 

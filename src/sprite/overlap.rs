@@ -47,8 +47,7 @@ pub fn overlap(a: &Volume, b: &Volume, stop: &Stop) -> Result<Overlap, Stopped> 
                     let (from, to) = (span.enter.t.max(f64::from(range[0])), span.exit.min(f64::from(range[1])));
                     if from < to {
                         met = true;
-                        let mut bounds = Aabb::EMPTY;
-                        [from, to].into_iter().for_each(|t| bounds.add(ray.at(t)));
+                        let bounds = [from, to].into_iter().map(|t| ray.at(t)).collect();
                         sum = sum.plus(Overlap { texels: 0, volume: (to - from) * unit, bounds });
                     }
                 }

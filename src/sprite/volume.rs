@@ -91,10 +91,7 @@ impl Volume {
     /// Around the cube that holds the solid, metres.
     pub fn bounds(&self) -> Aabb {
         let corners = Aabb { min: DVec3::ZERO, max: DVec3::ONE }.corners();
-        corners.iter().fold(Aabb::EMPTY, |mut b, c| {
-            b.add(self.to_world.transform_point3(*c));
-            b
-        })
+        corners.into_iter().map(|c| self.to_world.transform_point3(c)).collect()
     }
 
     /// M of equation (2).

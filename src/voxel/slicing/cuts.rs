@@ -3,7 +3,7 @@
 //!
 //! Coordinates are steps of 1/256 pixel, y down; which pixels a cut touches is exact in integers.
 
-use super::{Face, Soup, mask, samples::Part};
+use super::{Face, Soup, groups::Groups, mask, samples::Part};
 use crate::{
     math::{Stop, Stopped},
     raster::{Cutout, Holes},
@@ -89,12 +89,8 @@ fn snap(p: [f64; 2]) -> [i32; 2] {
     p.map(|x| (x * STEPS as f64).round_ties_even() as i32)
 }
 
-/// Which triangles each border cuts.
-pub struct Crossings {
-    /// Border b cuts `sources[starts[b]..starts[b + 1]]`, places in the [`Soup`], ascending.
-    starts: Vec<usize>,
-    sources: Vec<u32>,
-}
+/// Which triangles each border cuts: places in the [`Soup`], ascending.
+pub struct Crossings(Groups);
 
 impl Crossings {
     /// Borders 0 (in front of layer 0) to the one in front of the last layer.
@@ -118,28 +114,8 @@ impl Crossings {
                 Ok(out)
             })
             .collect::<Result<_, Stopped>>()?;
-        let mut starts = vec![0; borders.len() + 1];
-        for (border, _) in chunks.iter().flatten() {
-            starts[usize::from(*border) + 1] += 1;
-        }
-        for b in 0..borders.len() {
-            starts[b + 1] += starts[b];
-        }
-        let mut next = starts.clone();
-        let mut sources = vec![0; starts[borders.len()]];
-        for (border, source) in chunks.iter().flatten() {
-            let at = &mut next[usize::from(*border)];
-            sources[*at] = *source;
-            *at += 1;
-        }
-        Ok(Self { starts, sources })
-    }
-
-    fn of(&self, border: usize) -> &[u32] {
-        match self.starts.get(border..border + 2) {
-            Some(s) => &self.sources[s[0]..s[1]],
-            None => &[],
-        }
+        let pairs = chunks.iter().flatten().map(|(border, source)| (usize::from(*border), *source));
+        Ok(Self(Groups::new(borders.len(), pairs)))
     }
 }
 
@@ -152,7 +128,7 @@ impl Face<'_> {
         mut found: impl FnMut(i32, i32, i32, u32, &Cut),
     ) -> Result<(), Stopped> {
         let mut holes = Holes::new(&self.prepared);
-        for (count, source) in self.crossings.of(border).iter().enumerate() {
+        for (count, source) in self.crossings.0.of(border).iter().enumerate() {
             if count % 1024 == 0 {
                 stop.check()?;
             }

@@ -11,6 +11,7 @@
 //! themselves nothing is stored but for a tile at a time.
 
 mod cuts;
+mod groups;
 pub mod hidden;
 pub mod mask;
 mod paint;

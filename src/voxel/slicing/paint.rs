@@ -1,6 +1,6 @@
 //! Colours of the visible voxels: per sample the nearest surface within the layer, averaged over the covered samples.
 
-use super::{Face, samples::layer_of};
+use super::{Face, groups::Groups, samples::layer_of};
 use crate::{
     image::srgb,
     math::{Stop, Stopped},
@@ -35,9 +35,9 @@ pub fn paint(
     voxels: &mut [Voxel],
     stop: &Stop,
 ) -> Result<(), Stopped> {
-    let order = Order::new(face, voxels);
+    let order = by_tile(face, voxels);
     let looks = fragments_in_tiles(backend, &face.prepared, stop, |tile, fragments| {
-        let list = order.of(tile.index);
+        let list = order.of(tile.index as usize);
         let per_voxel = (face.samples * face.samples) as usize;
         let mut samples = vec![Fragment { triangle: NOTHING, depth: f32::INFINITY }; list.len() * per_voxel];
         // By pixel; within a pixel by layer, because the voxels are.
@@ -79,8 +79,12 @@ pub fn paint(
         samples.chunks(per_voxel).enumerate().map(look).collect::<Vec<_>>()
     })?;
     for (tile, looks) in looks.iter().enumerate() {
-        for (i, look) in order.of(tile as u32).iter().zip(looks) {
-            look.put_on(&mut voxels[*i as usize]);
+        for (i, look) in order.of(tile).iter().zip(looks) {
+            let voxel = &mut voxels[*i as usize];
+            match look {
+                Some(look) => look.put_on(voxel),
+                None => voxel.object = BARE,
+            }
         }
     }
     voxels.par_chunk_by_mut(|a, b| a.layer == b.layer).try_for_each(|layer| paint_bare(face, shader, layer, stop))
@@ -115,41 +119,19 @@ fn paint_bare(face: &Face, shader: &Shader, voxels: &mut [Voxel], stop: &Stop) -
         let number = face.soup.numbers[point.source as usize];
         let mut mean = Mean::default();
         mean.add(number, f32::INFINITY, &facets.of(number).point(point.weights));
-        mean.look(face).put_on(&mut voxels[*i]);
+        if let Some(look) = mean.look(face) {
+            look.put_on(&mut voxels[*i]);
+        }
     }
     Ok(())
 }
 
 /// The voxels of each tile of the samples, in their order.
-struct Order {
-    starts: Vec<u32>,
-    voxels: Vec<u32>,
-}
-
-impl Order {
-    fn new(face: &Face, voxels: &[Voxel]) -> Self {
-        let side = Tile::SIDE / face.samples;
-        let columns = face.screen.width.div_ceil(side);
-        let tile = |v: &Voxel| (u32::from(v.y) / side * columns + u32::from(v.x) / side) as usize;
-        let mut starts = vec![0; face.prepared.tile_count() + 1];
-        voxels.iter().for_each(|v| starts[tile(v) + 1] += 1);
-        for t in 1..starts.len() {
-            starts[t] += starts[t - 1];
-        }
-        let mut next = starts.clone();
-        let mut order = vec![0; voxels.len()];
-        for (i, v) in voxels.iter().enumerate() {
-            let at = &mut next[tile(v)];
-            order[*at as usize] = i as u32;
-            *at += 1;
-        }
-        Self { starts, voxels: order }
-    }
-
-    fn of(&self, tile: u32) -> &[u32] {
-        let t = tile as usize;
-        &self.voxels[self.starts[t] as usize..self.starts[t + 1] as usize]
-    }
+fn by_tile(face: &Face, voxels: &[Voxel]) -> Groups {
+    let side = Tile::SIDE / face.samples;
+    let columns = face.screen.width.div_ceil(side);
+    let tile = |v: &Voxel| (u32::from(v.y) / side * columns + u32::from(v.x) / side) as usize;
+    Groups::new(face.prepared.tile_count(), voxels.iter().map(tile).zip(0..))
 }
 
 /// Triangles ready for shading; remembers the last.
@@ -193,9 +175,11 @@ impl Mean {
         self.seen.push((triangle, depth));
     }
 
-    fn look(&self, face: &Face) -> Look {
+    /// `None` where nothing was seen.
+    fn look(&self, face: &Face) -> Option<Look> {
+        let object = self.object(face)?;
         let [r, g, b] = self.sum.map(|s| srgb::from_linear(s / self.count as f32));
-        Look { color: [r, g, b, 255], normal: octahedral(self.normal), object: self.object(face).unwrap_or(BARE) }
+        Some(Look { color: [r, g, b, 255], normal: octahedral(self.normal), object })
     }
 
     /// The object of most samples; of several, the nearest, then the first. None where nothing was seen.
