@@ -18,8 +18,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::sync::Arc;
 
-/// Tests every pair of depth sprites for collision: the ranges of the one are clipped against the other as rays, which gives
-/// whether they share space, how much, and where. Source: Trapp and Döllner 2008, section 3.3; the rays are their future work.
+/// Tests every pair of depth sprites for collision: the ranges of one are clipped against the other as rays, which gives
+/// whether they overlap, the shared volume, and where it lies. Source: Trapp and Döllner 2008, section 3.3; the rays are their future work.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {

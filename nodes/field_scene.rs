@@ -13,7 +13,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The uncollapsed meshes with a colour at every vertex: the best that a simplification of them can look like. The
+/// The initial meshes before simplification, with vertex colours: an upper bound for the quality of any simplified version. The
 /// certificate gives its figures beside the stand-in's as the ceiling.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -21,11 +21,11 @@ pub struct Params {}
 
 ports! {
     pub struct In {
-        /// Connected meshes over voxels, not simplified.
+        /// Connected voxel meshes before simplification.
         meshes: List<VoxelMesh>,
         /// The frusta and layers of their voxels.
         slices: Arc<Slices>,
-        /// What is nearer than the layers reach and stays geometry; added as it is.
+        /// Geometry nearer than the first layer, which is kept unchanged; added as it is.
         near: Option<Arc<Scene>>,
     }
 }

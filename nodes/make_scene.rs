@@ -9,14 +9,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Grows a procedural scene from a seed: the same on every machine, and no file is needed. The city and the car have
+/// Generates a procedural scene from a seed: the same on every machine, without any file. The city and the car have
 /// the size and the triangle count of the two models in table 1 of Jeschke and Wimmer 2002.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
-    /// What to grow.
+    /// Which scene to generate.
     pub what: What,
-    /// Seed of all random choices.
+    /// Seed of the random generator.
     pub seed: u64,
 }
 

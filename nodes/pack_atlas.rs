@@ -12,8 +12,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Packs the charts of all meshes onto as few texture pages as they need. All that lies on a page becomes one object
-/// with one unlit material, so that drawing it changes no state; with normal maps the material is lit.
+/// Packs the charts of all meshes into texture pages. Everything on one page becomes one object with one unlit material, and so one
+/// draw call; with normal maps the material is lit.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
@@ -32,7 +32,7 @@ impl Default for Params {
 
 ports! {
     pub struct In {
-        /// The meshes, with their texels in charts.
+        /// Meshes with charts of texels.
         meshes: List<ChartedMesh>,
     }
 }

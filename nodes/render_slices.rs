@@ -19,25 +19,25 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Records what can be seen from a view cell as layers of voxels: layers are placed so that no viewer in the cell sees a
-/// point farther than a pixel from its voxel, each is rendered between its borders from the cell's centre, and voxels
-/// that no viewer in the cell can see are left out. What is nearer than 1.5 times the cell's half extent, or than
-/// `max_layers` allows, stays geometry. Source: Jeschke and Wimmer, Textured Depth Meshes, 2002, section 4.
+/// Captures the visible surfaces as layers of voxels. Layers are placed so that from anywhere in the view cell a
+/// point appears at most one pixel from its voxel. Each layer is rendered between its borders from the cell's centre, and voxels
+/// that are occluded from the whole cell are left out. Geometry nearer than 1.5 times the cell's half extent, or nearer than
+/// `max_layers` allows, is kept as geometry. Source: Jeschke and Wimmer, Textured Depth Meshes, 2002, section 4.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
-    /// Pixels along a side of the images that the stand-in is made for, 1 to 16384.
+    /// Width and height of the image that the stand-in is made for, pixels, 1 to 16384.
     pub resolution: u32,
     /// Field of view of these images, degrees, more than 0 and less than 180.
     pub fov: f64,
-    /// Samples per voxel: it is filled where any of them is covered, its colour is their mean. 1, 4 or 16. With 4 a filled
-    /// silhouette lies a quarter of a pixel outside the true one on average, as much as the covering mesh lies inside its
-    /// voxels; 1 loses thin things (ropes, lamp posts), 16 thickens them.
+    /// Samples per voxel, 1, 4 or 16: a voxel is filled if any sample is covered; its colour is the mean of the covered samples.
+    /// With 4 a silhouette lies a quarter of a pixel outside the true one on average, which balances the covering mesh, which lies
+    /// inside its voxels. 1 loses thin parts (ropes, lamp posts), 16 thickens them.
     pub samples: u32,
-    /// How far hidden voxels are kept where a visible surface goes on under what hides it, in voxels, 0 to 8. Simplification
-    /// moves edges by up to `collapse.factor` voxels: without this skirt, gaps open between a silhouette and what lies behind.
+    /// How far occluded voxels are kept where a visible surface continues behind its occluder, in voxels, 0 to 8. Simplification
+    /// moves edges by up to `collapse.factor` voxels: without this skirt, gaps open between a silhouette and the surface behind it.
     pub skirt: u32,
-    /// Layers at most, 1 to 65535; what is too near for them stays geometry.
+    /// Most layers, 1 to 65535; what would need more is kept as geometry.
     pub max_layers: u32,
 }
 
@@ -49,9 +49,9 @@ impl Default for Params {
 
 ports! {
     pub struct In {
-        /// What is to be seen.
+        /// The scene to capture.
         scene: Arc<Scene>,
-        /// From where.
+        /// The view cell.
         cell: Arc<Cell>,
     }
 }
@@ -62,7 +62,7 @@ ports! {
         slices: Arc<Slices>,
         /// The visible voxels, one field per frustum, named by the axis along which it looks.
         fields: List<Field>,
-        /// What lies too near for layers and stays geometry; without objects where nothing does.
+        /// Geometry that is too near for layers, unchanged; empty where there is none.
         near: Arc<Scene>,
     }
 }

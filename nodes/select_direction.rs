@@ -12,17 +12,17 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Chooses the direction along which a solid has the fewest layers, and of equals that which uses most of its image: fewer layers are
-/// smaller and quicker to test. Source: Trapp and Döllner, Efficient Representation of Layered Depth Images for Real-time
+/// Chooses the direction along which a solid has the fewest layers; ties go to the direction that uses most of its image. Fewer layers
+/// are smaller and faster to test. Source: Trapp and Döllner, Efficient Representation of Layered Depth Images for Real-time
 /// Volumetric Tests, 2008, section 4.1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
-    /// Directions spread over a hemisphere that are judged, 1 to 4096.
+    /// Number of candidate directions, spread over a hemisphere, 1 to 4096.
     pub count: u32,
     /// The paper's steps about the x and the y axis instead of `count`, each 1 to 64; [8, 8] are 13 different axes. [] for none.
     pub grid: Vec<u32>,
-    /// Texels along a side of the image in which a direction is judged, 16 to 4096.
+    /// Width and height of the image in which a candidate is judged, texels, 16 to 4096.
     pub probe: u32,
 }
 
@@ -41,7 +41,7 @@ ports! {
 
 ports! {
     pub struct Out {
-        /// The direction, with the least and the greatest depth complexity of those that were judged.
+        /// The direction, with the least and the greatest depth complexity of all candidates.
         direction: Arc<Choice>,
     }
 }

@@ -15,14 +15,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Selects part of a scene by name and place. It says what is meant to be replaced, not what can be seen: that is the
-/// renderer's business. What is not selected leaves no trace: moving it changes nothing downstream.
+/// Selects part of a scene by name, position and distance. The selection says what is to be replaced; visibility is decided later by
+/// the renderer. Objects that are not selected do not enter the output, so moving one re-runs nothing downstream.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
     /// Names to keep; `*` stands for any text, `?` for any one character. One pattern must match.
     pub include: Vec<String>,
-    /// Names to leave out, as patterns; they win over `include`.
+    /// Names to leave out, as patterns; they take precedence over `include`.
     pub exclude: Vec<String>,
     /// Two corners, metres: `[[x, y, z], [x, y, z]]`. Objects whose bounds do not touch this box are left out.
     pub region: Option<[[f64; 3]; 2]>,
@@ -42,7 +42,7 @@ ports! {
     pub struct In {
         /// The whole scene.
         scene: Arc<Scene>,
-        /// From where distances are measured.
+        /// The view cell from which distances are measured.
         cell: Option<Arc<Cell>>,
     }
 }

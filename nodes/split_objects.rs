@@ -9,15 +9,15 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Takes a scene apart into its objects, each a scene of its own: what follows runs once per object. A kind of its own
-/// and no output of `select-objects`, because every element is stored with its own copy of its textures.
+/// Splits a scene into one scene per object; the nodes after it run once per object. It is a separate kind rather than an
+/// output of `select-objects`, because every element is stored with its own copy of its textures.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {}
 
 ports! {
     pub struct In {
-        /// The scene to take apart.
+        /// The scene to split.
         scene: Arc<Scene>,
     }
 }

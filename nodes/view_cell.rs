@@ -12,9 +12,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A view cell: an axis-aligned box from anywhere in which the stand-in must look right. Without a size it is a cube whose
+/// A view cell: an axis-aligned box; the stand-in must look right from every point in it. Without a size it is a cube whose
 /// side is 0.1 of the scene's diagonal; without a centre it lies 1.5 diagonals from the scene's centre along +Z. For that the
-/// scene's bounds are rounded outward to a 32nd of a power of two, so that small changes of the scene leave the cell alone.
+/// scene's bounds are rounded outward to a 32nd of a power of two, so that small changes of the scene do not change the cell.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {

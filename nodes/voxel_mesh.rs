@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Covers every visible voxel with triangles and joins neighbours in the same and in adjacent layers, so that continuous
+/// Covers every visible voxel with triangles and joins neighbours within a layer and between adjacent layers, so that continuous
 /// surfaces become connected meshes (Jeschke and Wimmer 2002, section 5).
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]

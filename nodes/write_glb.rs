@@ -13,8 +13,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Writes a scene as GLB (glTF 2.0 in one file), textures inside as PNG. Without the colour of lamps or the sun: the
-/// materials are unlit, so that every viewer shows the same captured colour.
+/// Writes a scene as GLB (glTF 2.0 in one file), with its textures embedded as PNG. Materials are
+/// unlit by default, so that every viewer shows the captured colour.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
@@ -33,9 +33,9 @@ impl Default for Params {
 
 ports! {
     pub struct In {
-        /// What to write.
+        /// The scene to write.
         scene: Arc<Scene>,
-        /// What is written beside it as it is, such as geometry that is too near for a stand-in.
+        /// Written beside it unchanged, such as geometry that is too near for a stand-in.
         near: Option<Arc<Scene>>,
     }
 }

@@ -3,7 +3,7 @@
 // All buffers begin as zeros, which mean nothing.
 
 @group(0) @binding(3) var<storage, read_write> nearest: array<atomic<u32>>;
-// The least number, all bits turned round.
+// The least number, as its bitwise complement.
 @group(0) @binding(4) var<storage, read_write> least: array<atomic<u32>>;
 // The greatest number plus one.
 @group(0) @binding(5) var<storage, read_write> greatest: array<atomic<u32>>;

@@ -70,8 +70,8 @@ impl Machine {
         Ok(Self { layout, nearest, fragments, classify: OnceCell::new(), device })
     }
 
-    /// For every pixel the least and the greatest number among the triangles that may be the nearest, each turned round so that
-    /// 0 means none: the least as its complement, the greatest plus one.
+    /// For every pixel the least and the greatest number among the triangles that may be the nearest, biased so that
+    /// zero means no triangle: the least as its complement, the greatest plus one.
     pub fn nearest(&self, work: &Work, stop: &Stop) -> Result<[Vec<u32>; 2], GpuError> {
         let [near, least, greatest] = [(); 3].map(|()| self.device.zeros(work.pixels as u64 * 4));
         for round in 0..2 {

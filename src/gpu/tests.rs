@@ -1,4 +1,4 @@
-//! Parity of the two back ends, and the shaders' own soundness.
+//! Parity of the two back ends, and validation of the shaders.
 
 use super::{machine, work, *};
 use crate::{

@@ -1,4 +1,4 @@
-//! Who carries the operations out.
+//! The interface that the CPU and the GPU back end share.
 
 use super::{Prepared, TileFragments, nearest::Samples};
 use crate::math::{Stop, Stopped};

@@ -11,7 +11,7 @@ pub(crate) const STEPS: i32 = 256;
 /// of a tile fit 32 bits (see `cover`).
 const BAND: f64 = 32760.0;
 
-/// A view made ready: camera space is x right, y up, z planar depth.
+/// A view prepared for rasterisation: camera space is x right, y up, z planar depth.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Camera {
     eye: DVec3,

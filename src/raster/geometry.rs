@@ -24,7 +24,7 @@ pub(crate) struct Draw {
     pub to_world: DAffine3,
     /// Inverse transpose, for normals; the identity where the transform has no inverse.
     pub normals: DMat3,
-    /// The transform turns front faces round.
+    /// The transform mirrors: front faces become back faces.
     pub mirrored: bool,
     /// Number of its first triangle.
     pub first: u32,

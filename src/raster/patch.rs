@@ -27,7 +27,7 @@ impl Patch {
     }
 
     /// The barycentric coordinates at a pixel position and 1/sum of the three functions there. A point outside the triangle
-    /// (a sample on a snapped edge, or a plane seen edge-on) is brought back to it.
+    /// (a sample on a snapped edge, or a plane seen edge-on) is clamped to it.
     #[inline]
     pub fn weights(&self, px: f64, py: f64) -> ([f64; 3], f64) {
         let f = self.functions.map(|[a, b, c]| a * px + (b * py + c));

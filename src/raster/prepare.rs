@@ -45,7 +45,7 @@ pub struct Prepared<'a> {
     chunks: Vec<Chunk>,
 }
 
-/// What became of some consecutive triangles.
+/// The prepared form of a run of consecutive triangles.
 #[derive(Default)]
 pub(crate) struct Chunk {
     pub triangles: Vec<ScreenTriangle>,

@@ -47,7 +47,7 @@ pub struct Surface {
     pub position: DVec3,
     /// Linear: base colour factor × texture × vertex colour. Alpha is not yet compared with a cutoff.
     pub color: [f32; 4],
-    /// Unit, world space, with the normal map; turned round where the triangle is seen from behind.
+    /// Unit, world space, with the normal map; flipped where the triangle is seen from behind.
     pub normal: Vec3,
     /// Linear.
     pub emissive: [f32; 3],
@@ -56,7 +56,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Linear colour as seen.
+    /// Linear colour after shading.
     pub fn seen(&self, shading: &Shading) -> [f32; 3] {
         let [r, g, b, _] = self.color;
         match shading {
@@ -125,7 +125,7 @@ impl<'a> Shader<'a> {
     }
 }
 
-/// A triangle made ready for shading in one view.
+/// A triangle prepared for shading in one view.
 pub(crate) struct Facet<'a> {
     draw: &'a Draw,
     look: &'a Look<'a>,
