@@ -104,6 +104,11 @@ impl<'a> Loader<'a> {
         self.files.read(path)?.ok_or_else(|| FormatError::Missing { file: path.to_owned() })
     }
 
+    /// The bytes of the file at `path`, if there is one.
+    pub fn find(&self, path: &Path) -> Result<Option<Bytes>, FormatError> {
+        self.files.read(path)
+    }
+
     /// The path of the file that `file` calls `target`, relative to its own folder.
     pub fn resolve(&self, file: &Path, target: &str) -> Result<PathBuf, FormatError> {
         let own = file.parent().unwrap_or(Path::new(""));

@@ -4,6 +4,7 @@
 //! that names file and place; it never panics, and never allocates what a number in the file only claims. Every file
 //! is read through [`Files`]. Objects are named by their path in the file.
 
+mod colors;
 pub mod dds;
 mod error;
 pub mod exr;
@@ -16,9 +17,13 @@ mod mesh;
 mod obj;
 mod picture;
 mod ply;
+mod polygon;
 mod scene_toml;
+mod shift;
 #[cfg(test)]
 mod tests;
+mod text;
+mod weld;
 
 pub use error::FormatError;
 pub use files::{DiskFiles, Files};

@@ -1,71 +1,88 @@
 //! Wavefront OBJ with MTL: an object for every `o` or `g` that has faces, a part for every material in it.
 //!
-//! Own reader: `tobj` names no line in its errors and cuts words inside a character. Polygons are fanned into triangles;
-//! vertices with equal numbers of position, texture coordinate and normal become one. Texture coordinates have v up
-//! in the file. Colours of vertices (`v x y z r g b`) and of materials are sRGB, as viewers show them.
+//! Own reader: `tobj` names no line in its errors and cuts words inside a character. Vertices with equal numbers of
+//! position, texture coordinate and normal become one. Texture coordinates have v up in the file. Colours of vertices
+//! (`v x y z r g b`) and of materials are sRGB, as viewers show them. Keywords count in any case.
+//!
+//! A face that cannot be shown is left out and counted in a warning: one that names a vertex that does not exist, one
+//! with a corner that is no finite number, one without area. Text that cannot be read is an error with its line.
 
+mod build;
+mod library;
 mod mtl;
+mod paths;
 mod shape;
 
-use super::{FormatError, loader::Loader, mesh, ply::linear};
-use crate::{
-    array::Bytes,
-    math::{Stop, Stopped},
-    scene::{Material, Mesh, Object, Part},
+use super::{
+    FormatError,
+    loader::Loader,
+    polygon::MOST_CORNERS,
+    text::{self, number, short, trim, unquote, word, words},
 };
-use shape::{Corner, Shapes};
-use std::{collections::BTreeMap, path::Path, sync::Arc};
+use crate::{array::Bytes, scene::Object};
+use shape::{ABSENT, BEYOND, Corner, Shapes};
+use std::path::Path;
 
 /// The numbers of a file, as faces refer to them.
 #[derive(Default)]
 struct Pool {
-    positions: Vec<[f32; 3]>,
-    /// As long as the positions, or empty while no vertex has had a colour.
+    positions: Vec<[f64; 3]>,
+    /// Red, green, blue and opacity as they are written; as long as the positions, or empty while no vertex has had a
+    /// colour. What is NaN is not written.
     colors: Vec<[f32; 4]>,
     uv: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
 }
 
+/// The colour of a vertex without one, beside others that have one.
+const NO_COLOR: [f32; 4] = [f32::NAN; 4];
+
 pub(super) fn read(loader: &mut Loader, file: &Path, bytes: Bytes) -> Result<Vec<Object>, FormatError> {
-    let text = String::from_utf8_lossy((*bytes).as_ref());
+    let text = text::decode((*bytes).as_ref()).map_err(|(at, what)| FormatError::invalid(file, at, what))?;
     let mut pool = Pool::default();
     let stem = file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let mut shapes = Shapes::new(stem);
     let mut libraries = Vec::new();
+    let mut corners = Vec::new();
     let mut skipped = 0u64;
-    for (number, line) in lines(&text) {
+    for (number, line) in text::statements(&text) {
         if number % 4096 == 0 {
             loader.stop.check()?;
         }
         let bad = |what: String| FormatError::invalid(file, format!("line {number}"), what);
-        let line = line.split('#').next().unwrap_or_default().trim();
-        let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
-        match word {
+        let (key, rest) = word(&line);
+        let mut buffer = [0; 8];
+        match lower(key, &mut buffer) {
             "v" => {
                 loader.count_vertices(file, "v", 1)?;
-                let (xyz, color) = vertex(rest).map_err(bad)?;
+                let (xyz, color) = vertex(plain(rest)).map_err(bad)?;
                 if color.is_some() && pool.colors.is_empty() {
-                    pool.colors = vec![[1.0; 4]; pool.positions.len()];
+                    pool.colors = vec![NO_COLOR; pool.positions.len()];
                 }
                 pool.positions.push(xyz);
                 if !pool.colors.is_empty() || color.is_some() {
-                    pool.colors.push(color.unwrap_or([1.0; 4]));
+                    pool.colors.push(color.unwrap_or(NO_COLOR));
                 }
             }
             "vt" => {
-                let [u, v] = numbers::<2>(rest, &[0.0]).map_err(bad)?;
-                pool.uv.push([u, 1.0 - v]);
+                let [u, v] = numbers::<2>(plain(rest), &[0.0]).map_err(bad)?;
+                pool.uv.push([u as f32, (1.0 - v) as f32]);
             }
-            "vn" => pool.normals.push(numbers::<3>(rest, &[]).map_err(bad)?),
-            "f" => {
+            "vn" => pool.normals.push(numbers::<3>(plain(rest), &[]).map_err(bad)?.map(|v| v as f32)),
+            "f" | "fo" => {
                 let counts = [pool.positions.len(), pool.uv.len(), pool.normals.len()];
-                let corner = |word: &str| corner(word, counts);
-                let corners = rest.split_whitespace().map(corner).collect::<Result<Vec<_>, _>>().map_err(bad)?;
-                shapes.face(&corners).map_err(bad)?;
+                corners.clear();
+                for word in words(plain(rest)) {
+                    corners.push(corner(word, counts).map_err(bad)?);
+                }
+                if corners.len() > MOST_CORNERS {
+                    return Err(bad(format!("a face of {} corners; at most {MOST_CORNERS} are read", corners.len())));
+                }
+                shapes.face(number, &corners);
             }
-            "o" | "g" => shapes.name(rest.trim()),
-            "usemtl" => shapes.material(rest.trim()),
-            "mtllib" => libraries.push(rest.trim().to_owned()),
+            "o" | "g" => shapes.name(unquote(heading(rest))),
+            "usemtl" => shapes.material(unquote(rest)),
+            "mtllib" if !rest.is_empty() => libraries.push((number, rest.to_owned())),
             "p" | "l" | "curv" | "curv2" | "surf" => skipped += 1,
             // Smoothing groups, and what else is no geometry.
             _ => {}
@@ -74,31 +91,45 @@ pub(super) fn read(loader: &mut Loader, file: &Path, bytes: Bytes) -> Result<Vec
     if skipped > 0 {
         loader.warn(file, format!("{skipped} points, lines and curves are left out"));
     }
-    let materials = mtl::materials(loader, file, &libraries)?;
-    objects(loader, file, &pool, shapes, &materials)
+    let shapes = shapes.finish();
+    let used = shapes.iter().map(|(_, material, _)| material.as_str()).collect();
+    let materials = library::materials(loader, file, &libraries, &used)?;
+    build::objects(loader, file, &pool, shapes, &materials)
 }
 
-/// Lines with their numbers, from 1; a backslash at the end of a line continues it.
-fn lines(text: &str) -> impl Iterator<Item = (usize, std::borrow::Cow<'_, str>)> {
-    let mut all = text.lines().enumerate();
-    std::iter::from_fn(move || {
-        let (i, first) = all.next()?;
-        let mut line = std::borrow::Cow::Borrowed(first);
-        while let Some(head) = line.strip_suffix('\\') {
-            let Some((_, more)) = all.next() else { break };
-            line = format!("{head} {more}").into();
+/// `word` in lower case; a word longer than every keyword comes back empty.
+fn lower<'a, const N: usize>(word: &str, buffer: &'a mut [u8; N]) -> &'a str {
+    let Some(room) = buffer.get_mut(..word.len()) else { return "" };
+    room.copy_from_slice(word.as_bytes());
+    room.make_ascii_lowercase();
+    std::str::from_utf8(room).unwrap_or_default()
+}
+
+/// Numbers without the comment after them.
+fn plain(rest: &str) -> &str {
+    rest.split('#').next().unwrap_or_default()
+}
+
+/// A name without the comment after it: ` # comment` is one, the number in `Box #12` is none.
+fn heading(rest: &str) -> &str {
+    let is_comment = |at: &usize| rest[at + 1..].is_empty() || rest[at + 1..].starts_with([' ', '\t']);
+    let mut from = 0;
+    while let Some(at) = text::comment(&rest[from..]).map(|at| from + at) {
+        if is_comment(&at) {
+            return trim(&rest[..at]);
         }
-        Some((i + 1, line))
-    })
+        from = at + 1;
+    }
+    rest
 }
 
 /// `N` numbers; the last ones may be missing where `defaults` has them.
-fn numbers<const N: usize>(text: &str, defaults: &[f32]) -> Result<[f32; N], String> {
+fn numbers<const N: usize>(text: &str, defaults: &[f64]) -> Result<[f64; N], String> {
     let mut out = [0.0; N];
-    let mut words = text.split_whitespace();
+    let mut words = words(text);
     for (i, v) in out.iter_mut().enumerate() {
         *v = match words.next() {
-            Some(word) => word.parse().map_err(|_| format!("`{word}` is no number"))?,
+            Some(word) => number(word)?,
             None => match defaults.len().checked_sub(N - i) {
                 Some(k) => defaults[k],
                 None => return Err(format!("{i} numbers where {N} are needed")),
@@ -109,124 +140,27 @@ fn numbers<const N: usize>(text: &str, defaults: &[f32]) -> Result<[f32; N], Str
 }
 
 /// `x y z`, `x y z w`, `x y z r g b` or `x y z r g b a`.
-fn vertex(text: &str) -> Result<([f32; 3], Option<[f32; 4]>), String> {
+fn vertex(text: &str) -> Result<([f64; 3], Option<[f32; 4]>), String> {
     let xyz = numbers::<3>(text, &[])?;
-    if text.split_whitespace().nth(5).is_none() {
+    if words(text).nth(5).is_none() {
         return Ok((xyz, None));
     }
-    let [_, _, _, r, g, b, a] = numbers::<7>(text, &[1.0])?;
-    Ok((xyz, Some([linear(r), linear(g), linear(b), a])))
+    let [_, _, _, rgba @ ..] = numbers::<7>(text, &[f64::NAN])?;
+    Ok((xyz, Some(rgba.map(|c| c as f32))))
 }
 
-/// `v`, `v/vt`, `v//vn` or `v/vt/vn`; numbers count from 1, negative ones from the end.
+/// `v`, `v/vt`, `v//vn` or `v/vt/vn`; numbers count from 1, negative ones back from the last so far.
 fn corner(word: &str, counts: [usize; 3]) -> Result<Corner, String> {
-    let mut out = [None; 3];
+    let wrong = || format!("`{}` is no corner of a face", short(word));
+    let mut out = [ABSENT; 3];
     let mut fields = word.split('/');
-    for ((slot, count), what) in out.iter_mut().zip(counts).zip(["vertex", "texture coordinate", "normal"]) {
+    for (slot, count) in out.iter_mut().zip(counts) {
         let Some(field) = fields.next().filter(|f| !f.is_empty()) else { continue };
-        let n: i64 = field.parse().map_err(|_| format!("`{word}` is no corner of a face"))?;
-        let at = if n > 0 { n.checked_sub(1) } else { n.checked_add(count as i64).filter(|_| n < 0) };
-        let at = at.filter(|at| (0..count as i64).contains(at));
-        *slot = Some(at.ok_or_else(|| format!("{what} {n} does not exist; there are {count} so far"))? as u32);
+        let n: i64 = field.parse().map_err(|_| wrong())?;
+        let at = if n > 0 { n - 1 } else { n.saturating_add(count as i64) };
+        // 0 names nothing.
+        let at = if n == 0 { BEYOND } else { u32::try_from(at).unwrap_or(BEYOND) };
+        *slot = at.min(BEYOND);
     }
-    match (out, fields.next()) {
-        ([Some(v), uv, normal], None) => Ok((v, uv, normal)),
-        _ => Err(format!("`{word}` is no corner of a face")),
-    }
-}
-
-fn objects(
-    loader: &mut Loader,
-    file: &Path,
-    pool: &Pool,
-    shapes: Shapes,
-    materials: &BTreeMap<String, Arc<Material>>,
-) -> Result<Vec<Object>, FormatError> {
-    let plain = Arc::new(Material { metallic: 0.0, ..Material::default() });
-    let mut missing = std::collections::BTreeSet::new();
-    let mut out: Vec<Object> = Vec::new();
-    let mut builder = Builder::new(pool);
-    for (name, material, faces) in shapes.finish() {
-        loader.stop.check()?;
-        let whole = builder.build(&faces, loader.stop)?;
-        let mesh = mesh::finish(whole)
-            .map_err(|(at, what)| FormatError::invalid(file, format!("object `{name}`, {at}"), what))?;
-        let material = match materials.get(&material) {
-            Some(m) => m.clone(),
-            None => {
-                missing.insert(material);
-                plain.clone()
-            }
-        };
-        let part = Part { mesh: Arc::new(mesh), material };
-        match out.last_mut().filter(|o| o.name == name) {
-            Some(object) => object.parts.push(part),
-            None => out.push(Object { name, transform: glam::Mat4::IDENTITY, parts: vec![part] }),
-        }
-    }
-    missing.remove("");
-    if !missing.is_empty() {
-        let names: Vec<_> = missing.into_iter().take(10).collect();
-        loader.warn(file, format!("materials without a definition, shown white: {}", names.join(", ")));
-    }
-    for o in &out {
-        loader.count_object(file, &o.name, o.triangle_count() as u64)?;
-    }
-    Ok(out)
-}
-
-/// Makes meshes of triangles: one vertex for every distinct corner, in the order of first use.
-struct Builder<'a> {
-    pool: &'a Pool,
-    /// For every position the last vertex made of it in the current mesh.
-    last: Vec<u32>,
-}
-
-const NONE: u32 = u32::MAX;
-
-impl<'a> Builder<'a> {
-    fn new(pool: &'a Pool) -> Self {
-        Self { pool, last: vec![NONE; pool.positions.len()] }
-    }
-
-    fn build(&mut self, faces: &[[Corner; 3]], stop: &Stop) -> Result<Mesh, Stopped> {
-        let all = |has: fn(&Corner) -> bool| faces.iter().flatten().all(has);
-        let (textured, lit) = (all(|c| c.1.is_some()), all(|c| c.2.is_some()));
-        let mut corners: Vec<Corner> = Vec::new();
-        // Vertices of the same position are chained: there are few of each.
-        let mut before: Vec<u32> = Vec::new();
-        let mut triangles = Vec::with_capacity(faces.len());
-        for (i, face) in faces.iter().enumerate() {
-            if i % 4096 == 0 {
-                stop.check()?;
-            }
-            triangles.push(face.map(|(v, uv, n)| {
-                let corner = (v, uv.filter(|_| textured), n.filter(|_| lit));
-                let last = &mut self.last[v as usize];
-                let mut at = *last;
-                while at != NONE && corners[at as usize] != corner {
-                    at = before[at as usize];
-                }
-                if at == NONE {
-                    at = corners.len() as u32;
-                    before.push(std::mem::replace(last, at));
-                    corners.push(corner);
-                }
-                at
-            }));
-        }
-        corners.iter().for_each(|c| self.last[c.0 as usize] = NONE);
-        let pool = self.pool;
-        Ok(Mesh {
-            positions: corners.iter().map(|c| pool.positions[c.0 as usize]).collect(),
-            normals: corners.iter().filter_map(|c| Some(pool.normals[c.2? as usize])).collect(),
-            uv: [corners.iter().filter_map(|c| Some(pool.uv[c.1? as usize])).collect(), Default::default()],
-            colors: match pool.colors.is_empty() {
-                true => Default::default(),
-                false => corners.iter().map(|c| pool.colors[c.0 as usize]).collect(),
-            },
-            triangles: triangles.into(),
-            ..Mesh::default()
-        })
-    }
+    if out[0] == ABSENT || fields.next().is_some() { Err(wrong()) } else { Ok(out) }
 }

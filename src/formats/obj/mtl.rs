@@ -1,20 +1,30 @@
 //! MTL: materials of OBJ files.
+//!
+//! Where exporters and the format disagree, a material looks as common viewers show it, and a warning says so.
 
-use super::{Loader, linear, lines, numbers};
+use super::{
+    lower, numbers,
+    paths::{self, Found},
+    plain,
+};
 use crate::{
-    formats::{FormatError, loader::Picture},
+    formats::{
+        FormatError,
+        colors::{linear, opacity},
+        loader::{Loader, Picture},
+        text::{self, unquote, word},
+    },
     scene::{Alpha, Image, Material, Texture, Wrap},
 };
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    path::Path,
-    sync::Arc,
-};
+use std::{collections::BTreeMap, path::Path, sync::Arc};
 
 /// A material and the files of its textures, as the MTL names them.
 #[derive(Default)]
 struct Row {
     material: Material,
+    /// `d`, and `Tr`.
+    dissolve: Option<f32>,
+    transparency: Option<f32>,
     base: Option<Map>,
     emissive: Option<Map>,
     normal: Option<Map>,
@@ -24,99 +34,117 @@ struct Row {
 /// A texture statement.
 #[derive(Clone)]
 struct Map {
+    line: usize,
     file: String,
     offset: [f32; 2],
     scale: [f32; 2],
     clamp: bool,
 }
 
-/// The materials of all libraries by name; of two with one name the first counts. A library that is not there is a
-/// warning, as in every viewer; a texture that is not there is an error.
+/// What a material is shown as other than written, or shows nothing for: reasons with the names of materials.
+#[derive(Default)]
+struct Doubts(BTreeMap<&'static str, Vec<String>>);
+
+impl Doubts {
+    fn add(&mut self, material: &str, reason: &'static str) {
+        self.0.entry(reason).or_default().push(format!("`{material}`"));
+    }
+
+    fn tell(self, loader: &mut Loader, file: &Path) {
+        for (reason, names) in self.0 {
+            let more = if names.len() > 10 { format!(" and {} more", names.len() - 10) } else { String::new() };
+            let word = if names.len() == 1 { "material" } else { "materials" };
+            let first: Vec<_> = names.into_iter().take(10).collect();
+            loader.warn(file, format!("{word} {}{more}: {reason}", first.join(", ")));
+        }
+    }
+}
+
+/// The materials in `text` that are `wanted`, in the order of their names.
 pub(super) fn materials(
     loader: &mut Loader,
     file: &Path,
-    libraries: &[String],
-) -> Result<BTreeMap<String, Arc<Material>>, FormatError> {
-    let mut out = BTreeMap::new();
-    for name in libraries {
-        let path = loader.resolve(file, name)?;
-        let bytes = match loader.read(&path) {
-            Ok(bytes) => bytes,
-            Err(FormatError::Missing { .. }) => {
-                loader.warn(file, format!("the material library `{name}` does not exist"));
-                continue;
-            }
-            Err(e) => return Err(e),
-        };
-        let text = String::from_utf8_lossy((*bytes).as_ref());
-        let rows = parse(loader, &path, &text)?;
-        let images = images(loader, &path, &rows)?;
-        for (name, row) in rows {
-            let material = Arc::new(finish(row, &images));
-            out.entry(name).or_insert(material);
-        }
-    }
+    home: &Path,
+    text: &str,
+    wanted: &dyn Fn(&str) -> bool,
+) -> Result<Vec<(String, Arc<Material>)>, FormatError> {
+    let mut rows = parse(loader, file, text)?;
+    rows.retain(|name, _| wanted(name));
+    let images = images(loader, file, home, &rows)?;
+    let mut doubts = Doubts::default();
+    let out = rows.into_iter().map(|(name, row)| (name, Arc::new(finish(row, &images, &mut doubts)))).collect();
+    doubts.tell(loader, file);
     Ok(out)
 }
 
 fn parse(loader: &mut Loader, file: &Path, text: &str) -> Result<BTreeMap<String, Row>, FormatError> {
     let mut rows = BTreeMap::new();
     let mut current: Option<(String, Row)> = None;
-    for (number, line) in lines(text) {
-        let bad = |what: String| FormatError::invalid(file, format!("line {number}"), what);
-        let line = line.split('#').next().unwrap_or_default().trim();
-        let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
-        if word == "newmtl" {
+    let mut bumps = 0;
+    for (line, statement) in text::statements(text) {
+        let bad = |what: String| FormatError::invalid(file, format!("line {line}"), what);
+        let (key, rest) = word(&statement);
+        let mut buffer = [0; 8];
+        let key = lower(key, &mut buffer);
+        if key == "newmtl" {
             if let Some((name, row)) = current.take() {
                 rows.entry(name).or_insert(row);
             }
-            let name = rest.trim().to_owned();
+            let name = unquote(rest).to_owned();
             let material = Material { name: name.clone(), metallic: 0.0, ..Material::default() };
             current = Some((name, Row { material, ..Row::default() }));
             continue;
         }
         let Some((_, row)) = &mut current else { continue };
         let m = &mut row.material;
-        let number = |text: &str| Ok::<f32, FormatError>(numbers::<1>(text, &[]).map_err(bad)?[0]);
+        let number = |text: &str| Ok::<f32, FormatError>(numbers::<1>(plain(text), &[]).map_err(bad)?[0] as f32);
         let color = |text: &str| {
+            let text = plain(text);
             // Spectral curves and CIE colours are as good as never met.
-            let grey = text.split_whitespace().nth(1).is_none();
-            let rgb =
-                if grey { [numbers::<1>(text, &[]).map_err(bad)?[0]; 3] } else { numbers(text, &[]).map_err(bad)? };
-            Ok::<_, FormatError>(rgb.map(|c: f32| linear(c.clamp(0.0, 1.0))))
+            let grey = text::words(text).nth(1).is_none();
+            let rgb = if grey { numbers::<1>(text, &[]).map(|[v]| [v; 3]) } else { numbers(text, &[]) };
+            Ok::<_, FormatError>(rgb.map_err(bad)?.map(|c| linear(c as f32)))
         };
-        match word {
-            "Kd" => {
+        let map = || map(line, rest).map_err(bad);
+        match key {
+            "kd" => {
                 let [r, g, b] = color(rest)?;
-                m.base_color = [r, g, b, m.base_color[3]];
+                m.base_color = [r, g, b, 1.0];
             }
-            "Ke" => m.emissive = color(rest)?,
-            "d" => m.base_color[3] = number(rest.trim_start_matches("-halo"))?.clamp(0.0, 1.0),
-            "Tr" => m.base_color[3] = 1.0 - number(rest)?.clamp(0.0, 1.0),
-            "Pm" => m.metallic = number(rest)?.clamp(0.0, 1.0),
-            "Pr" => m.roughness = number(rest)?.clamp(0.0, 1.0),
-            "map_Kd" => row.base = map(rest).map_err(bad)?,
-            "map_Ke" => row.emissive = map(rest).map_err(bad)?,
-            "norm" | "map_Kn" => row.normal = map(rest).map_err(bad)?,
-            "map_d" => row.alpha = map(rest).map_err(bad)?,
-            "map_bump" | "map_Bump" | "bump" => loader.warn(file, format!("bump map `{rest}` is left out")),
+            "ke" => m.emissive = color(rest)?,
+            "d" => {
+                let (option, value) = word(rest);
+                row.dissolve = Some(opacity(number(if option == "-halo" { value } else { rest })?));
+            }
+            "tr" => row.transparency = Some(opacity(number(rest)?)),
+            "pm" => m.metallic = opacity(number(rest)?),
+            "pr" => m.roughness = opacity(number(rest)?),
+            "map_kd" => row.base = map()?,
+            "map_ke" => row.emissive = map()?,
+            "norm" | "map_kn" => row.normal = map()?,
+            "map_d" => row.alpha = map()?,
+            "map_bump" | "bump" => bumps += 1,
             _ => {}
         }
     }
     if let Some((name, row)) = current {
         rows.entry(name).or_insert(row);
     }
+    if bumps > 0 {
+        loader.warn(file, format!("{bumps} bump maps are left out"));
+    }
     Ok(rows)
 }
 
 /// A texture statement: options, then the file's name, which may hold blanks.
-fn map(text: &str) -> Result<Option<Map>, String> {
-    let mut out = Map { file: String::new(), offset: [0.0; 2], scale: [1.0; 2], clamp: false };
-    let mut rest = text.trim();
+fn map(line: usize, text: &str) -> Result<Option<Map>, String> {
+    let mut out = Map { line, file: String::new(), offset: [0.0; 2], scale: [1.0; 2], clamp: false };
+    let mut rest = text;
     while rest.starts_with('-') {
         let (option, mut tail) = word(rest);
-        match option {
-            "-o" | "-s" | "-t" => {
+        let mut buffer = [0; 8];
+        match lower(option, &mut buffer) {
+            option @ ("-o" | "-s" | "-t") => {
                 let mut values = Vec::new();
                 while let (w, after) = word(tail)
                     && let Ok(v) = w.parse::<f32>()
@@ -134,48 +162,71 @@ fn map(text: &str) -> Result<Option<Map>, String> {
             }
             "-clamp" => {
                 let (value, after) = word(tail);
-                out.clamp = value == "on";
+                out.clamp = value.eq_ignore_ascii_case("on");
                 tail = after;
             }
             "-mm" => tail = word(word(tail).1).1,
             "-bm" | "-blendu" | "-blendv" | "-cc" | "-texres" | "-boost" | "-imfchan" | "-type" => tail = word(tail).1,
-            _ => return Err(format!("unknown option `{option}`")),
+            // A file's name that begins so.
+            _ => break,
         }
         rest = tail;
     }
     if out.offset.iter().chain(&out.scale).any(|v| !v.is_finite()) {
         return Err("an offset or scale that is not finite".into());
     }
-    out.file = rest.replace('\\', "/");
+    out.file = rest.to_owned();
     Ok((!out.file.is_empty()).then_some(out))
-}
-
-/// The first word, and what follows it.
-fn word(text: &str) -> (&str, &str) {
-    let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
-    (word, rest.trim_start())
 }
 
 /// The images of all textures, by the name that the MTL gives them.
 fn images(
     loader: &mut Loader,
     file: &Path,
+    home: &Path,
     rows: &BTreeMap<String, Row>,
 ) -> Result<BTreeMap<String, Arc<Image>>, FormatError> {
     let maps = rows.values().flat_map(|r| [&r.base, &r.emissive, &r.normal, &r.alpha].into_iter().flatten());
-    let names: BTreeSet<&String> = maps.map(|m| &m.file).collect();
-    let mut pictures = Vec::with_capacity(names.len());
-    for name in &names {
-        let bytes = loader.read(&loader.resolve(file, name)?)?;
+    let mut lines = BTreeMap::new();
+    for map in maps {
+        lines.entry(&map.file).or_insert(map.line);
+    }
+    let mut pictures = Vec::with_capacity(lines.len());
+    for (name, line) in &lines {
+        let (path, bytes) = image(loader, file, home, name, *line)?;
         let range = 0..(*bytes).as_ref().len();
-        pictures.push(Picture { name: (*name).clone(), place: format!("`{name}`"), bytes, range });
+        let title = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        pictures.push(Picture { name: title, place: format!("line {line}, `{name}`"), bytes, range });
     }
     let decoded = loader.pictures(file, &pictures)?;
-    Ok(names.into_iter().cloned().zip(decoded).collect())
+    Ok(lines.into_keys().cloned().zip(decoded).collect())
+}
+
+/// The file of one texture: the whole text is its name, or what stands before a comment.
+fn image(
+    loader: &mut Loader,
+    file: &Path,
+    home: &Path,
+    name: &str,
+    line: usize,
+) -> Result<(std::path::PathBuf, crate::array::Bytes), FormatError> {
+    let mut tried = match paths::find(loader, file, home, unquote(name))? {
+        Found::File(path, bytes) => return Ok((path, bytes)),
+        Found::Nothing(tried) => tried,
+    };
+    let mut shown = name;
+    if let Some(at) = text::comment(name).filter(|at| *at > 0) {
+        shown = text::trim(&name[..at]);
+        match paths::find(loader, file, home, unquote(shown))? {
+            Found::File(path, bytes) => return Ok((path, bytes)),
+            Found::Nothing(more) => tried = more,
+        }
+    }
+    Err(FormatError::invalid(file, format!("line {line}"), format!("the texture {}", paths::nowhere(shown, &tried))))
 }
 
 /// The material with its textures.
-fn finish(row: Row, images: &BTreeMap<String, Arc<Image>>) -> Material {
+fn finish(row: Row, images: &BTreeMap<String, Arc<Image>>, doubts: &mut Doubts) -> Material {
     let texture = |map: &Map| {
         let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
         Texture {
@@ -189,8 +240,10 @@ fn finish(row: Row, images: &BTreeMap<String, Arc<Image>>) -> Material {
             smooth: true,
         }
     };
+    let alpha = alpha(&row, doubts);
     let mut m = row.material;
-    if m.base_color[3] < 1.0 {
+    m.base_color[3] = alpha;
+    if alpha < 1.0 {
         m.alpha = Alpha::Blend;
     }
     m.base_color_texture = row.base.as_ref().map(texture);
@@ -199,6 +252,16 @@ fn finish(row: Row, images: &BTreeMap<String, Arc<Image>>) -> Material {
         m.emissive = [1.0; 3];
     }
     m.normal_texture = row.normal.as_ref().map(texture);
+    let black = m.base_color[..3] == [0.0; 3];
+    if black && m.base_color_texture.is_some() {
+        m.base_color = [1.0, 1.0, 1.0, alpha];
+        doubts.add(&m.name, "Kd 0 0 0 beside map_Kd; the texture is shown as it is");
+    } else if black && m.emissive != [0.0; 3] {
+        glow(&mut m);
+        doubts.add(&m.name, "black but for Ke or map_Ke; shown unlit in the colour that it emits");
+    } else if black && alpha > 0.0 {
+        doubts.add(&m.name, "shown black: Kd 0 0 0, and no texture");
+    }
     if let Some(alpha) = &row.alpha {
         m.alpha = Alpha::Mask { cutoff: 0.5 };
         m.base_color_texture = Some(match (m.base_color_texture, texture(alpha)) {
@@ -207,6 +270,36 @@ fn finish(row: Row, images: &BTreeMap<String, Arc<Image>>) -> Material {
         });
     }
     m
+}
+
+/// The opacity that `d` and `Tr` mean. Several exporters write `Tr 1` for what is opaque.
+fn alpha(row: &Row, doubts: &mut Doubts) -> f32 {
+    let name = &row.material.name;
+    let alpha = match (row.dissolve, row.transparency) {
+        (None, None) => 1.0,
+        (None, Some(1.0)) => {
+            doubts.add(name, "Tr 1 without d; shown opaque, as the exporters that write it mean");
+            1.0
+        }
+        (None, Some(tr)) => 1.0 - tr,
+        (Some(0.0), Some(0.0)) => {
+            doubts.add(name, "d 0 says invisible, Tr 0 says opaque; shown opaque");
+            1.0
+        }
+        (Some(d), _) => d,
+    };
+    if alpha == 0.0 {
+        doubts.add(name, "invisible: d 0");
+    }
+    alpha
+}
+
+/// Shows what a black material emits as its own colour.
+fn glow(m: &mut Material) {
+    let [r, g, b] = std::mem::take(&mut m.emissive).map(opacity);
+    m.base_color = [r, g, b, m.base_color[3]];
+    m.base_color_texture = m.emissive_texture.take();
+    m.unlit = true;
 }
 
 fn white(like: &Image) -> Arc<Image> {

@@ -2,8 +2,30 @@
 
 use std::collections::BTreeMap;
 
-/// Numbers of a corner's position, texture coordinate and normal.
-pub(super) type Corner = (u32, Option<u32>, Option<u32>);
+/// Numbers of a corner's position, texture coordinate and normal, from 0; [`ABSENT`] where it has none. A number may
+/// lie beyond what the file holds.
+pub(super) type Corner = [u32; 3];
+
+/// No texture coordinate, or no normal.
+pub(super) const ABSENT: u32 = u32::MAX;
+/// A number that no file reaches.
+pub(super) const BEYOND: u32 = u32::MAX - 1;
+
+/// Faces of any number of corners.
+#[derive(Default)]
+pub(super) struct Faces {
+    corners: Vec<Corner>,
+    /// Where each face ends in `corners`, and its line.
+    ends: Vec<(usize, u32)>,
+}
+
+impl Faces {
+    /// Every face: its line and its corners.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, &[Corner])> {
+        let starts = std::iter::once(0).chain(self.ends.iter().map(|e| e.0));
+        starts.zip(&self.ends).map(|(start, (end, line))| (*line, &self.corners[start..*end]))
+    }
+}
 
 /// Collects faces under the object and material that are current.
 pub(super) struct Shapes {
@@ -11,7 +33,7 @@ pub(super) struct Shapes {
     material: String,
     /// Numbers of (object, material) in order of first use.
     order: BTreeMap<(String, String), usize>,
-    faces: Vec<Vec<[Corner; 3]>>,
+    faces: Vec<Faces>,
     current: Option<usize>,
 }
 
@@ -33,24 +55,21 @@ impl Shapes {
         self.current = None;
     }
 
-    /// Adds a polygon as a fan.
-    pub fn face(&mut self, corners: &[Corner]) -> Result<(), String> {
-        let [first, rest @ ..] = corners else { return Err("a face without corners".into()) };
-        if rest.len() < 2 {
-            return Err(format!("a face with {} corners", corners.len()));
-        }
+    /// Adds a face.
+    pub fn face(&mut self, line: usize, corners: &[Corner]) {
         let next = self.faces.len();
         let key = || (self.name.clone(), self.material.clone());
         let at = *self.current.get_or_insert_with(|| *self.order.entry(key()).or_insert(next));
         if at == next {
-            self.faces.push(Vec::new());
+            self.faces.push(Faces::default());
         }
-        self.faces[at].extend(rest.windows(2).map(|w| [*first, w[0], w[1]]));
-        Ok(())
+        let faces = &mut self.faces[at];
+        faces.corners.extend_from_slice(corners);
+        faces.ends.push((faces.corners.len(), u32::try_from(line).unwrap_or(u32::MAX)));
     }
 
-    /// Object, material and triangles; parts of one object follow each other.
-    pub fn finish(mut self) -> Vec<(String, String, Vec<[Corner; 3]>)> {
+    /// Object, material and faces; parts of one object follow each other.
+    pub fn finish(mut self) -> Vec<(String, String, Faces)> {
         let take =
             |((name, material), at): ((String, String), usize)| (name, material, std::mem::take(&mut self.faces[at]));
         self.order.into_iter().map(take).collect()

@@ -1,7 +1,10 @@
 //! The body: rows of numbers, in text or in bytes.
 
 use super::{Element, Fault, Header, Kind, Property, header::Encoding};
-use crate::math::Stop;
+use crate::{
+    formats::text::{number, short},
+    math::Stop,
+};
 
 /// A cursor over the body.
 pub(super) struct Body<'a> {
@@ -40,8 +43,8 @@ impl<'a> Body<'a> {
         if self.encoding == Encoding::Ascii {
             let word = self.word()?;
             let integer = !matches!(kind, Kind::F32 | Kind::F64);
-            let value: Option<f64> = word.parse().ok();
-            return value.filter(|v| !integer || v.fract() == 0.0).ok_or_else(|| format!("`{word}` is no {kind:?}"));
+            let value = number(word).ok().filter(|v| !integer || v.fract() == 0.0);
+            return value.ok_or_else(|| format!("`{}` is no {kind:?}", short(word)));
         }
         let Some((bytes, rest)) = self.rest.split_at_checked(kind.size()) else { return Err("truncated".into()) };
         self.rest = rest;
@@ -87,25 +90,25 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Reads element number `i`, its plain properties into `row`; lists are skipped.
-    pub fn row(&mut self, element: &Element, i: u64, row: &mut [f64]) -> Result<(), Fault> {
+    /// Reads element number `i`: its plain properties into `row`, the items of the list property number `list` into
+    /// `items`; what is no vertex number becomes `u32::MAX`. Other lists are skipped.
+    pub fn read(
+        &mut self,
+        element: &Element,
+        i: u64,
+        row: &mut [f64],
+        list: Option<usize>,
+        items: &mut Vec<u32>,
+    ) -> Result<(), Fault> {
+        items.clear();
         self.each(element, i, |at, value| {
-            if let Value::Plain(v) = value {
-                row[at] = v;
-            }
-            Ok(())
-        })
-    }
-
-    /// Reads element number `i`, its list property number `list` into `out`.
-    pub fn list(&mut self, element: &Element, i: u64, list: usize, out: &mut Vec<i64>) -> Result<(), Fault> {
-        out.clear();
-        self.each(element, i, |at, value| {
-            if let (true, Value::Item(v)) = (at == list, value) {
-                if v.fract() != 0.0 {
-                    return Err(format!("{v} is no vertex number"));
+            match value {
+                Value::Plain(v) => row[at] = v,
+                Value::Item(v) if list == Some(at) => {
+                    let whole = v.fract() == 0.0 && (0.0..u32::MAX as f64).contains(&v);
+                    items.push(if whole { v as u32 } else { u32::MAX });
                 }
-                out.push(v as i64);
+                Value::Item(_) => {}
             }
             Ok(())
         })

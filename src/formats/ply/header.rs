@@ -1,5 +1,7 @@
 //! The header: byte order, elements and their properties.
 
+use crate::formats::{colors::full_scale, text};
+
 /// Where, and what is wrong there.
 type Fault = (String, String);
 
@@ -67,22 +69,26 @@ impl Kind {
         }
     }
 
-    /// What stands for 1 in a colour of this type.
-    pub fn largest(self) -> f64 {
-        match self {
-            Self::I8 => i8::MAX as f64,
-            Self::U8 => u8::MAX as f64,
+    /// What stands for 1 in channels of this type whose greatest value is `greatest`. Whole numbers count to the
+    /// type's end, or, where none is larger, to 255 or 65535.
+    pub fn full_scale(self, (greatest, whole): (f64, bool)) -> f64 {
+        let own = match self {
+            Self::F32 | Self::F64 => return full_scale(greatest, whole),
+            Self::I8 | Self::U8 => return 255.0,
             Self::I16 => i16::MAX as f64,
             Self::U16 => u16::MAX as f64,
             Self::I32 => i32::MAX as f64,
             Self::U32 => u32::MAX as f64,
-            Self::F32 | Self::F64 => 1.0,
-        }
+        };
+        [255.0, 65535.0].into_iter().find(|s| *s < own && greatest <= *s).unwrap_or(own)
     }
 }
 
 /// The header, and where the body begins.
 pub(super) fn parse(bytes: &[u8]) -> Result<(Header, usize), Fault> {
+    // Lines end as the first one does: LF, CR LF, or CR alone.
+    let first = bytes.iter().position(|b| matches!(b, b'\n' | b'\r'));
+    let eol = first.map_or(b'\n', |at| if bytes[at..].starts_with(b"\r\n") { b'\n' } else { bytes[at] });
     let mut at = 0;
     let mut number = 0;
     let mut encoding = None;
@@ -92,10 +98,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Header, usize), Fault> {
         number += 1;
         let fault = |what: String| (format!("header line {number}"), what);
         let rest = &bytes[at..];
-        let end = rest.iter().position(|b| *b == b'\n').ok_or_else(|| fault("truncated: no end_header".into()))?;
+        let end = rest.iter().position(|b| *b == eol).ok_or_else(|| fault("truncated: no end_header".into()))?;
         at += end + 1;
-        let line = std::str::from_utf8(&rest[..end]);
-        let line = line.map_err(|_| fault("not text; is this a PLY file?".into()))?.trim();
+        let line = text::line(&rest[..end]);
+        let line = line.trim();
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
         match words[..] {
             ["ply"] if number == 1 => {}
@@ -124,13 +130,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Header, usize), Fault> {
                         Property { name: name.to_owned(), kind: kind(value)?, list: Some(kind(length)?) }
                     }
                     [value, name] => Property { name: name.to_owned(), kind: kind(value)?, list: None },
-                    _ => return Err(fault(format!("cannot read `{line}`"))),
+                    _ => return Err(fault(format!("cannot read `{}`", text::short(line)))),
                 };
                 let element = elements.last_mut().ok_or_else(|| fault("a property before any element".into()))?;
                 element.properties.push(property);
             }
             ["end_header"] => break,
-            _ => return Err(fault(format!("cannot read `{}`", line.chars().take(80).collect::<String>()))),
+            _ => return Err(fault(format!("cannot read `{}`", text::short(line)))),
         }
     }
     let encoding = encoding.ok_or_else(|| ("header".to_owned(), "no format".to_owned()))?;
