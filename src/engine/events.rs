@@ -37,6 +37,12 @@ pub enum Event<'a> {
         element: Option<&'a str>,
         text: &'a str,
     },
+    /// The bake has waited for a second for what another process holds; told once for each holder.
+    Waiting {
+        what: &'a str,
+        /// `process 123 on host`.
+        holder: &'a str,
+    },
     Failed {
         node: &'a str,
         element: Option<&'a str>,

@@ -18,6 +18,7 @@ pub mod record;
 pub mod require;
 pub mod schedule;
 pub mod source;
+pub mod temporary;
 pub mod value;
 pub mod why;
 mod wire;

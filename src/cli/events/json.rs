@@ -33,6 +33,7 @@ fn value(event: &Event) -> Value {
         Event::Warning { node, element, text } => {
             json!({ "event": "warning", "node": node, "element": element, "text": text })
         }
+        Event::Waiting { what, holder } => json!({ "event": "waiting", "what": what, "holder": holder }),
         Event::Failed { node, element, error } => {
             json!({ "event": "failed", "node": node, "element": element, "error": error })
         }

@@ -37,6 +37,7 @@ pub fn line(event: &Event) -> Option<String> {
             Some(format!("{line}, {}", show_seconds(seconds)))
         }
         Event::Warning { node, element, text } => Some(format!("warning: {}{text}", place(node, element))),
+        Event::Waiting { what, holder } => Some(format!("waiting for {what}, which {holder} holds")),
         Event::Failed { node, element, error } => Some(format!("error: {}{error}", place(Some(node), element))),
         Event::Published { path, bytes } => Some(format!("wrote {path}, {}", show_bytes(bytes))),
         _ => None,
