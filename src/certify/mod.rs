@@ -4,6 +4,7 @@
 //! pixel sees is decided by depth at its centre and never by colour. The same input gives the same bytes on any number of
 //! threads (FLIP comes from C++ code and is rounded).
 
+mod about;
 mod certificate;
 pub mod classes;
 mod compare;
@@ -19,6 +20,7 @@ mod pictures;
 mod shading;
 pub mod views;
 
+pub use about::{Better, Measure, measure, measures};
 pub use certificate::{Bound, Camera, Ceiling, Certificate, Flip, StandIn, WorstView};
 pub use compare::{CompareError, Comparison, Options, VIEWS_AT_ONCE, compare};
 pub use figures::{Band, Figures, MeanMax, MeanMin, Total};
