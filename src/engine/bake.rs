@@ -36,6 +36,8 @@ pub struct Options {
     pub keep_going: bool,
     /// Say what would run; run nothing, write nothing.
     pub dry_run: bool,
+    /// Replace files below the output folder that no bake has published, unless this bake reads them.
+    pub overwrite: bool,
     /// Share of the hits, 0 to 1, that are recomputed and compared.
     pub audit: f64,
     /// Where to write a Chrome trace.
@@ -55,6 +57,7 @@ impl Options {
             force: Vec::new(),
             keep_going: false,
             dry_run: false,
+            overwrite: false,
             audit: 0.0,
             profile: None,
             device: None,
@@ -145,6 +148,8 @@ pub struct Report {
     pub published: Vec<String>,
     /// `out/<pipeline>`, or its `rejected/` where a bound was missed.
     pub folder: PathBuf,
+    /// Where a bound was missed: when the results were published that `out/<pipeline>` still holds.
+    pub accepted: Option<std::time::SystemTime>,
     /// Wall clock.
     pub seconds: f64,
     /// Highest resident memory of the process in bytes, where the system tells.

@@ -5,7 +5,7 @@ use super::{
     artifact::{Artifact, DecodeError, Decoder, Encoder},
     node::Kind,
 };
-use serde_json::Value;
+use serde_json::{Map, Value};
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 /// A node's number in [`Plan::nodes`].
@@ -23,7 +23,7 @@ pub struct OutputRef {
 pub type Axis = OutputRef;
 
 /// A checked pipeline.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub struct Plan {
     /// `[pipeline] name`: also the folder below `out/`.
     pub name: String,
@@ -35,6 +35,15 @@ pub struct Plan {
     pub files: Vec<Publish>,
     /// What `[require]` demands.
     pub require: Vec<Requirement>,
+    /// The files that the pipeline's own text was read from: `file` and its bases.
+    pub texts: Vec<PathBuf>,
+    /// The knobs' values, as written.
+    pub knobs: Map<String, Value>,
+    /// The scenes and other files that its nodes are given, each with its folder's name: `town/town.glb`. In the order
+    /// of the nodes, each once.
+    pub sources: Vec<String>,
+    /// What is allowed but can hardly be meant, for the user: place and text.
+    pub doubts: Vec<String>,
 }
 
 #[derive(Clone)]

@@ -112,8 +112,13 @@ pub fn still_true(reads: &[Read], roots: &[Root], cache: &mut Cache) -> bool {
     })
 }
 
+/// The files of `reads` that were there, by full path.
+pub fn files<'a>(reads: &'a [Read], roots: &'a [Root]) -> impl Iterator<Item = PathBuf> + 'a {
+    reads.iter().filter(|read| read.hash.is_some()).map(|read| absolute(Path::new(&read.path), roots))
+}
+
 /// `path` without `.` and `..`, as far as its text tells.
-fn lexical(path: &Path) -> PathBuf {
+pub fn lexical(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for part in path.components() {
         match part {

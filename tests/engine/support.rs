@@ -241,6 +241,6 @@ impl Builder {
 
     pub fn plan(self) -> Plan {
         let Self { nodes, files, require, .. } = self;
-        Plan { name: "test".into(), file: "test.toml".into(), nodes, files, require }
+        Plan { name: "test".into(), file: "test.toml".into(), nodes, files, require, ..Plan::default() }
     }
 }

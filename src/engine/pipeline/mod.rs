@@ -64,8 +64,13 @@ pub fn load(request: &Request, registry: &Registry) -> Result<Plan, Problems> {
 
 /// Checks the pipeline `text` as [`load`] does a file; `name` stands for the file, in `request.folder`.
 pub fn load_text(name: &str, text: &str, request: &Request, registry: &Registry) -> Result<Plan, Problems> {
-    let source =
-        Source { name: name.to_owned(), text: text.into(), folder: request.folder.to_owned(), argument: false };
+    let source = Source {
+        name: name.to_owned(),
+        text: text.into(),
+        folder: request.folder.to_owned(),
+        argument: false,
+        file: None,
+    };
     check(source, &request.folder.join(name), request, registry)
 }
 
@@ -86,7 +91,7 @@ fn check(top: Source, path: &Path, request: &Request, registry: &Registry) -> Re
     for text in request.set {
         let name = "--set".to_owned();
         let folder = request.folder.to_owned();
-        let source = sources.add(Source { name, text: text.as_str().into(), folder, argument: true });
+        let source = sources.add(Source { name, text: text.as_str().into(), folder, argument: true, file: None });
         match read::argument(source, text) {
             Ok(argument) => arguments.push(argument),
             Err(problem) => problems.push(problem),
@@ -138,7 +143,13 @@ fn resolve<'s>(
     let files = publish::files(draft, &links, &known, problems);
     let bounds = publish::require(draft, &links, &values, problems);
     knobs(draft, &links, &values, problems);
-    if problems.is_empty() { plan(name, path, links, &order, known, files, bounds) } else { None }
+    if !problems.is_empty() {
+        return None;
+    }
+    let knobs = draft.knobs.iter().map(|(name, item)| ((*name).to_owned(), value::json(item.value))).collect();
+    let plan = plan(links, &order, known, files, bounds)?;
+    let given = given(&plan.nodes);
+    Some(Plan { name, file: PathBuf::from(path), texts: sources.files(), knobs, sources: given, ..plan })
 }
 
 /// The pipeline's name, which names its folder below `out/`.
@@ -185,9 +196,32 @@ fn knobs(draft: &Draft, links: &Links, values: &Values, problems: &mut Vec<Probl
     }
 }
 
+/// The files of the outside world that nodes are given, each with its folder's name: what tells the scenes apart, and
+/// nothing of where they lie on this machine.
+fn given(nodes: &[PlanNode]) -> Vec<String> {
+    let mut out: Vec<String> = Vec::new();
+    for node in nodes {
+        let params = super::key::source_params(node.kind.spec());
+        for text in params.iter().filter_map(|p| node.params.get(p)?.as_str()).filter(|text| !text.is_empty()) {
+            let short = if text.starts_with("builtin:") { text.to_owned() } else { with_folder(Path::new(text)) };
+            if !out.contains(&short) {
+                out.push(short);
+            }
+        }
+    }
+    out
+}
+
+/// `folder/file` of a path.
+fn with_folder(path: &Path) -> String {
+    let path = super::source::lexical(path);
+    let names = path.components().filter(|c| matches!(c, std::path::Component::Normal(_)));
+    let mut parts: Vec<_> = names.rev().take(2).map(|c| c.as_os_str().to_string_lossy()).collect();
+    parts.reverse();
+    parts.join("/")
+}
+
 fn plan(
-    name: String,
-    path: &Path,
     links: Links,
     order: &[usize],
     known: Vec<Option<NodeAxes>>,
@@ -227,5 +261,5 @@ fn plan(
         .into_iter()
         .map(|b| Requirement { from: output(b.from), path: b.path, min: b.min, max: b.max })
         .collect();
-    Some(Plan { name, file: PathBuf::from(path), nodes, files, require })
+    Some(Plan { nodes, files, require, ..Plan::default() })
 }

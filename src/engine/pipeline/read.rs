@@ -39,6 +39,7 @@ pub fn open(file: &str, folder: &Path, stock: &[Stock]) -> Result<(Source, PathB
                 text: Arc::from(*text),
                 folder: folder.to_owned(),
                 argument: false,
+                file: None,
             };
             return Ok((source, PathBuf::from(format!("<stock>/{name}"))));
         }
@@ -66,7 +67,8 @@ pub fn open(file: &str, folder: &Path, stock: &[Stock]) -> Result<(Source, PathB
         Err(e) => return fail(format!("byte {} is not UTF-8; a pipeline file is text", e.utf8_error().valid_up_to())),
     };
     let home = path.parent().map_or_else(|| folder.to_owned(), Path::to_owned);
-    Ok((Source { name: file.to_owned(), text: text.into(), folder: home, argument: false }, path))
+    let own = Some(path.clone());
+    Ok((Source { name: file.to_owned(), text: text.into(), folder: home, argument: false, file: own }, path))
 }
 
 /// A file's bytes, but not many more than a pipeline may have.

@@ -27,6 +27,8 @@ pub struct Source {
     pub folder: PathBuf,
     /// A `--set` argument: its text may stand for a string without quotes.
     pub argument: bool,
+    /// The file that the text was read from; `None` for a stock pipeline or an argument.
+    pub file: Option<PathBuf>,
 }
 
 /// All texts: the given file first, then its bases, then the arguments.
@@ -45,6 +47,11 @@ impl Sources {
 
     pub fn by_number(&self, source: u32) -> &Source {
         &self.0[source as usize]
+    }
+
+    /// The files that texts were read from.
+    pub fn files(&self) -> Vec<PathBuf> {
+        self.0.iter().filter_map(|source| source.file.clone()).collect()
     }
 
     /// The text at `place`.

@@ -44,6 +44,21 @@ pub fn integer(i: &DeInteger) -> Option<i128> {
     i128::from_str_radix(digits, i.radix()).ok()
 }
 
+/// A value as it is written, for the record.
+pub fn json(value: &DeValue) -> Value {
+    match value {
+        DeValue::String(s) => Value::String(s.to_string()),
+        DeValue::Boolean(b) => Value::Bool(*b),
+        DeValue::Integer(i) => integer(i).and_then(Number::from_i128).map_or(Value::Null, Value::Number),
+        DeValue::Float(f) => f.as_str().parse().ok().and_then(Number::from_f64).map_or(Value::Null, Value::Number),
+        DeValue::Datetime(d) => Value::String(d.to_string()),
+        DeValue::Array(items) => Value::Array(items.iter().map(|item| json(item.get_ref())).collect()),
+        DeValue::Table(table) => {
+            Value::Object(table.iter().map(|(key, item)| (key.get_ref().to_string(), json(item.get_ref()))).collect())
+        }
+    }
+}
+
 impl<'s> Values<'s> {
     /// The value that `item` gives to parameter `name` of type `ty`.
     pub fn convert(&self, name: &'s str, item: Item<'s>, ty: &Ty, problems: &mut Vec<Problem>) -> Option<Value> {

@@ -35,6 +35,7 @@ use held::Held;
 use serde_json::Value;
 use std::{
     collections::{BTreeMap, BTreeSet, VecDeque},
+    path::PathBuf,
     sync::{Arc, mpsc},
     time::{Duration, Instant},
 };
@@ -210,6 +211,8 @@ pub struct Schedule<'a> {
     answers: (mpsc::Sender<Answer>, mpsc::Receiver<Answer>),
     /// Values set aside, and how often.
     lost: BTreeMap<Digest, u32>,
+    /// Files that runs read through the door besides root files, this time or when their results were stored.
+    files_read: BTreeSet<PathBuf>,
     /// Slots of the profile's rows in use.
     lanes: Vec<Option<RunId>>,
     /// When those who wait for other processes were last looked after.
@@ -277,6 +280,7 @@ impl<'a> Schedule<'a> {
             pool: s.pool,
             answers: mpsc::channel(),
             lost: BTreeMap::new(),
+            files_read: BTreeSet::new(),
             lanes: vec![None; s.jobs],
             polled: Instant::now(),
             errors: Vec::new(),
@@ -357,6 +361,17 @@ impl<'a> Schedule<'a> {
         self.warnings += 1;
         let node = node.map(|n| self.name(n));
         self.events.event(&Event::Warning { node, element, text });
+    }
+
+    /// A warning about the cache or the output folder.
+    pub fn tell(&mut self, text: &str) {
+        self.warn(None, None, text);
+    }
+
+    /// All files of the outside world that the results come from.
+    pub fn files_read(&self) -> Vec<PathBuf> {
+        let roots = self.nodes.iter().flat_map(|n| n.roots.iter()).map(|root| root.path.clone());
+        roots.chain(self.files_read.iter().cloned()).collect()
     }
 
     fn tell_damage(&mut self) {

@@ -184,6 +184,7 @@ impl Schedule<'_> {
         let roots = self.nodes[n].roots.clone();
         for (variant, record) in self.cache.runs(key)? {
             if record.outputs.len() == ports && source::still_true(&record.reads, &roots, self.cache) {
+                self.files_read.extend(source::files(&record.reads, &roots));
                 return Ok(Some((variant, record)));
             }
         }

@@ -9,6 +9,7 @@ use crate::engine::{
     key::{self, SourceKey},
     plan::OutputRef,
     record::{MapRecord, MapRow, NodeTrace, RunRecord, TraceOut},
+    source,
     value::{JOIN, shown},
 };
 use std::sync::Arc;
@@ -117,6 +118,7 @@ impl Schedule<'_> {
             reads: made.reads,
         };
         let (variant, reads) = (record.variant(), !record.reads.is_empty());
+        self.files_read.extend(source::files(&record.reads, &self.nodes[n].roots));
         let changed = expected != record.outputs;
         if cause == Cause::Audit && changed {
             let message = "audit: it gave other bytes than the cache holds for the same inputs; \

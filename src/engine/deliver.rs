@@ -1,0 +1,283 @@
+//! What follows the schedule: certificates are judged, files published, and what the run took is noted.
+
+use super::{
+    bake::{NodeReport, Options, Outcome, Report, Unmet},
+    error::EngineError,
+    events::Event,
+    hash::Digest,
+    node::PortSpec,
+    plan::{File, OutputRef, Plan},
+    publish::{self, Folder, FolderLock, Manifest, Publication, Wanted, guard::Guard, is_read_only, names},
+    record::{BakeRecord, Measured, PublishedFile},
+    require,
+    schedule::Schedule,
+    value::shown,
+};
+use crate::{engine::cache::Cache, math::Stop};
+use serde_json::json;
+use std::{
+    collections::BTreeMap,
+    fmt::Write as _,
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::{Duration, Instant, SystemTime},
+};
+
+/// A bake that waits for another says so after this time.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// What the nodes came to.
+pub struct Baked {
+    pub record: BakeRecord,
+    pub unmet: Vec<Unmet>,
+    pub published: Vec<String>,
+    pub folder: PathBuf,
+    pub accepted: Option<SystemTime>,
+    /// Held until `run.json` is written, so that it belongs to the files beside it.
+    pub lock: Option<FolderLock>,
+}
+
+/// Refuses, before anything runs, to publish over what the bake reads or over what is not farfield's.
+pub fn check_targets(
+    plan: &Plan,
+    options: &Options,
+    previous: &BakeRecord,
+    cache: &mut Cache,
+) -> Result<(), EngineError> {
+    let path = options.out.join(&plan.name);
+    let guard = Guard::new(plan.texts.iter().cloned().chain(plan.nodes.iter().flat_map(roots)));
+    let folder = Folder { root: &options.out, path: &path, guard: &guard, overwrite: options.overwrite };
+    let known: BTreeMap<&str, Digest> = previous.files.iter().map(|f| (f.path.as_str(), f.file)).collect();
+    let single = plan.files.iter().map(|f| f.path.as_str()).filter(|path| !path.contains("{name}"));
+    folder.check(single, |path| known.get(path).copied(), cache)
+}
+
+/// The files that a node's parameters name.
+fn roots(node: &super::plan::PlanNode) -> Vec<PathBuf> {
+    let names = super::key::source_params(node.kind.spec());
+    let given = names.iter().filter_map(|name| node.params.get(name)?.as_str());
+    given.filter(|text| !text.is_empty() && !text.starts_with("builtin:")).map(PathBuf::from).collect()
+}
+
+/// Judges the certificates and publishes to the output folder, or to `rejected/`.
+pub fn publish_all(
+    schedule: &mut Schedule,
+    options: &Options,
+    stop: &Stop,
+    previous: &BakeRecord,
+    baked: &mut Baked,
+) -> Result<(), EngineError> {
+    let plan = schedule.plan;
+    judge(schedule, previous, baked)?;
+    let main = baked.folder.clone();
+    let rejected = main.join("rejected");
+    if !baked.unmet.is_empty() {
+        baked.folder = rejected.clone();
+    }
+    let mut files = Vec::new();
+    for publish in &plan.files {
+        for row in schedule.rows(publish.from)?.iter() {
+            let fail = |what: String| EngineError::publish(&baked.folder.join(&publish.path), what);
+            let path = names::expand(&publish.path, &row.name).map_err(fail)?;
+            if let Some(what) = names::bad_path(&path) {
+                return Err(fail(what));
+            }
+            files.push((path, publish.from, row.clone()));
+        }
+    }
+    if let Some((a, b)) = names::collision(files.iter().map(|(path, ..)| path.as_str())) {
+        return Err(EngineError::publish(Path::new(b), format!("it collides with `{a}`")));
+    }
+    // A file's own hash is known from the last bake, or its value is read.
+    let known: BTreeMap<Digest, &PublishedFile> = previous.files.iter().map(|f| (f.value, f)).collect();
+    let mut wanted = Vec::new();
+    let mut loaded: BTreeMap<usize, Arc<File>> = BTreeMap::new();
+    for (at, (path, from, row)) in files.iter().enumerate() {
+        let (file, size) = match known.get(&row.value.hash) {
+            Some(known) => (known.file, known.size),
+            None => {
+                let file = load(schedule, *from, &row.name, row.value.hash)?;
+                let known = (Digest::of(&file.bytes), file.bytes.len() as u64);
+                loaded.insert(at, file);
+                known
+            }
+        };
+        baked.record.files.push(PublishedFile { path: path.clone(), value: row.value.hash, file, size });
+        wanted.push(Wanted { path: path.clone(), file, size });
+    }
+    baked.lock = folder_lock(schedule, &options.out, &plan.name, stop)?;
+    let lock = baked.lock.as_ref();
+    let guard = Guard::new(plan.texts.iter().cloned().chain(schedule.files_read()));
+    let folder = Folder { root: &options.out, path: &baked.folder, guard: &guard, overwrite: options.overwrite };
+    let manifest = Manifest::new(plan, &wanted);
+    let mut publication = Publication::new(folder, lock, &manifest, &wanted, schedule.cache)?;
+    if baked.unmet.is_empty()
+        && let Some(text) = publication.replaces().and_then(|old| replaced(old, &manifest, &main))
+    {
+        schedule.tell(&text);
+    }
+    for at in publication.missing.clone() {
+        let file = match loaded.remove(&at) {
+            Some(file) => file,
+            None => load(schedule, files[at].1, &files[at].2.name, files[at].2.value.hash)?,
+        };
+        publication.stage(at, &file.bytes)?;
+    }
+    let written = publication.missing.clone();
+    publication.finish(schedule.cache)?;
+    for at in written {
+        let Wanted { path, size, .. } = &wanted[at];
+        schedule.events.event(&Event::Published { path, bytes: *size });
+        baked.published.push(path.clone());
+    }
+    if baked.unmet.is_empty() {
+        publish::retire(Folder { path: &rejected, ..folder }, lock, schedule.cache)?;
+    } else {
+        baked.accepted = publish::published_at(&main);
+    }
+    Ok(())
+}
+
+/// What to say where results of other scenes are replaced.
+fn replaced(old: &Manifest, new: &Manifest, folder: &Path) -> Option<String> {
+    if old.sources == new.sources || old.sources.is_empty() {
+        return None;
+    }
+    let gone: Vec<&str> = old.sources.iter().filter(|s| !new.sources.contains(s)).map(String::as_str).collect();
+    let gone = if gone.is_empty() { old.sources.iter().map(String::as_str).collect() } else { gone };
+    let at = publish::published_at(folder).map(|at| format!(", baked {}", day(at))).unwrap_or_default();
+    Some(format!(
+        "replaces the results of {}{at}, in {}; to keep both, bake with --name NAME or --out DIR",
+        super::pipeline::name_list(gone),
+        folder.display()
+    ))
+}
+
+/// Notes what the run took; a note that cannot be written is told, and no failure.
+pub fn write_note(options: &Options, folder: &Path, lock: &FolderLock, report: &Report) -> Result<(), EngineError> {
+    let guard = Guard::default();
+    let folder = Folder { root: &options.out, path: folder, guard: &guard, overwrite: options.overwrite };
+    publish::write_note(folder, lock, &run_json(report))
+}
+
+/// A moment as people write it, in UTC.
+pub fn day(at: SystemTime) -> String {
+    let seconds = at.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |d| d.as_secs());
+    // Civil date from days (Howard Hinnant, chrono-compatible low-level date algorithms).
+    let z = seconds / 86_400 + 719_468;
+    let (era, of_era) = (z / 146_097, z % 146_097);
+    let year_of_era = (of_era - of_era / 1_460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let shifted = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * shifted + 2) / 5 + 1;
+    let month = if shifted < 10 { shifted + 3 } else { shifted - 9 };
+    let year = year_of_era + era * 400 + u64::from(month <= 2);
+    let (hour, minute) = (seconds / 3_600 % 24, seconds / 60 % 60);
+    format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02} UTC")
+}
+
+fn judge(schedule: &mut Schedule, previous: &BakeRecord, baked: &mut Baked) -> Result<(), EngineError> {
+    let plan = schedule.plan;
+    for requirement in &plan.require {
+        let name = &plan.nodes[requirement.from.node.0 as usize].name;
+        for row in schedule.rows(requirement.from)?.iter() {
+            let certificate = row.value.hash;
+            let known = previous.measured.iter().find(|m| m.certificate == certificate && m.path == requirement.path);
+            let number = match known {
+                Some(known) => known.number,
+                None => require::number(&*load(schedule, requirement.from, &row.name, certificate)?, &requirement.path),
+            };
+            baked.record.measured.push(Measured { certificate, path: requirement.path.clone(), number });
+            let node = if row.name.is_empty() { name.clone() } else { format!("{name}/{}", shown(&row.name)) };
+            if let Some(unmet) = require::missed(&node, requirement, number) {
+                schedule.events.event(&Event::NotMet { node: &node, text: &require::explain(&unmet) });
+                baked.unmet.push(unmet);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A `File` value; made again where the cache has lost it.
+fn load(schedule: &mut Schedule, from: OutputRef, row: &str, hash: Digest) -> Result<Arc<File>, EngineError> {
+    let plan = schedule.plan;
+    let spec: &PortSpec = &plan.nodes[from.node.0 as usize].kind.spec().outputs[from.port as usize];
+    loop {
+        match schedule.fetch(hash, spec)? {
+            Ok(data) => {
+                // The plan has checked the type.
+                return data.downcast().map_err(|_| EngineError::Again("a published value is no file".to_owned()));
+            }
+            Err(what) => schedule.remake(from, row, hash, &what)?,
+        }
+        if let Some(failure) = schedule.errors.first() {
+            let what = format!("its value was lost and could not be made again: {}", failure.message);
+            return Err(EngineError::cache(schedule.cache.root(), what));
+        }
+    }
+}
+
+/// Keeps two bakes from publishing to one folder at a time. `None` where nothing can be written there.
+fn folder_lock(
+    schedule: &mut Schedule,
+    out: &Path,
+    name: &str,
+    stop: &Stop,
+) -> Result<Option<FolderLock>, EngineError> {
+    let began = Instant::now();
+    let mut told = false;
+    loop {
+        match FolderLock::take(out, name) {
+            Ok(Some(lock)) => return Ok(Some(lock)),
+            Ok(None) => {}
+            Err(e) if is_read_only(&e) => return Ok(None),
+            Err(e) => return Err(EngineError::publish(&FolderLock::path(out, name), e)),
+        }
+        stop.check().map_err(|_| EngineError::Interrupted)?;
+        if !told && began.elapsed() > PATIENCE {
+            told = true;
+            let holder = FolderLock::holder(out, name);
+            let holder = if holder.is_empty() { String::new() } else { format!(" ({holder})") };
+            let folder = out.join(name);
+            schedule.tell(&format!("waits for another bake{holder} that publishes to {}", folder.display()));
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// What differs between equal bakes: times, memory, hits. A line per node.
+fn run_json(report: &Report) -> Vec<u8> {
+    let outcome = if report.outcome == Outcome::Baked { "baked" } else { "not met" };
+    let (seconds, hits, runs) = (json!(report.seconds), report.hits(), report.runs());
+    let peak = json!(report.peak_memory);
+    let mut out = format!(
+        "{{\n  \"outcome\": \"{outcome}\",\n  \"seconds\": {seconds},\n  \"peak_memory_bytes\": {peak},\n  \
+         \"hits\": {hits},\n  \"runs\": {runs},\n  \"nodes\": {{"
+    );
+    for (i, NodeReport { name, hits, runs, seconds, .. }) in report.nodes.iter().enumerate() {
+        out += if i == 0 { "\n    " } else { ",\n    " };
+        // Names of nodes hold no character that JSON escapes; seconds are finite. Writing to a String cannot fail.
+        let _ = write!(out, "\"{name}\": {{ \"hits\": {hits}, \"runs\": {runs}, \"seconds\": {seconds:?} }}");
+    }
+    out += "\n  }\n}\n";
+    out.into_bytes()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn days_are_those_of_the_calendar() {
+        for (seconds, expect) in [
+            (0, "1970-01-01 00:00 UTC"),
+            (951_782_399, "2000-02-28 23:59 UTC"),
+            (951_782_400, "2000-02-29 00:00 UTC"),
+            (1_735_689_599, "2024-12-31 23:59 UTC"),
+            (4_102_444_800, "2100-01-01 00:00 UTC"),
+            (4_107_542_400, "2100-03-01 00:00 UTC"),
+        ] {
+            assert_eq!(day(SystemTime::UNIX_EPOCH + Duration::from_secs(seconds)), expect);
+        }
+    }
+}
