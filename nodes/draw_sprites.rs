@@ -166,7 +166,7 @@ pub struct DrawSprites;
 
 impl Node for DrawSprites {
     const KIND: &'static str = "draw-sprites";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;

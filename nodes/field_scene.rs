@@ -41,7 +41,7 @@ pub struct FieldScene;
 
 impl Node for FieldScene {
     const KIND: &'static str = "field-scene";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;

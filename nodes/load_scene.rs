@@ -14,8 +14,9 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-/// Loads a scene: glTF 2.0 and GLB, OBJ with MTL, PLY, or a scene TOML that places such files. Lengths are metres, Y is
-/// up. Objects are the nodes that have a mesh, named by their path in the file; what is animated is read in rest pose.
+/// Loads a scene: glTF 2.0 and GLB, OBJ with MTL, PLY, or a scene TOML that places such files: a table `[[place]]` for
+/// each copy, with `file`, `name`, `translate` (metres), `rotate_deg` or `quaternion`, and `scale`. docs/scene.md describes
+/// it and what is read of each format. Lengths are metres, Y is up. Objects are the nodes that have a mesh, named by their path in the file; what is animated is read in rest pose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
@@ -58,14 +59,15 @@ pub struct LoadScene;
 
 impl Node for LoadScene {
     const KIND: &'static str = "load-scene";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;
 
-    fn memory(_: &Params, _: &[u64]) -> u64 {
-        // The files' sizes are not known before they are read.
-        256 << 20
+    fn memory(params: &Params, _: &[u64]) -> u64 {
+        let path = Path::new(&params.path.0);
+        let size = std::fs::metadata(path).map_or(0, |m| m.len());
+        working_memory(path, size)
     }
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
@@ -100,6 +102,18 @@ impl Node for LoadScene {
         }
         Ok(Out { scene: Arc::new(scene) })
     }
+}
+
+/// Working memory for a file of so many bytes, the scene included. Measured: 6 times the size of an OBJ without texture
+/// coordinates, 3 times that of one with all, 6.5 times that of a binary PLY with colours.
+fn working_memory(path: &Path, size: u64) -> u64 {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let (base, multiple) = match extension.as_str() {
+        "obj" | "ply" | "glb" => (16 << 20, 8),
+        // These name other files, whose sizes are not known before they are read.
+        _ => (256 << 20, 8),
+    };
+    size.saturating_mul(multiple).saturating_add(base)
 }
 
 /// The `NAME` of `builtin:NAME`.
@@ -144,6 +158,11 @@ impl Files for ThroughDoor<'_> {
             *self.failed.lock().unwrap_or_else(PoisonError::into_inner) = Some(e);
             FormatError::Unreadable { file, what }
         })
+    }
+
+    fn real(&self, path: &Path) -> Option<PathBuf> {
+        // Decides only what is refused; what is read passes the door.
+        formats::real(path)
     }
 }
 
@@ -190,7 +209,30 @@ mod tests {
         let (scene, read, warnings) = run("/w/a.obj", "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
         assert!(scene.is_ok());
         assert_eq!(read[1], PathBuf::from("/w/m.mtl"));
-        assert_eq!(warnings, ["/w/a.obj: the material library `m.mtl` does not exist"]);
+        assert_eq!(warnings, ["/w/a.obj: line 1: the material library `m.mtl` does not exist; looked for /w/m.mtl"]);
+    }
+
+    #[test]
+    fn working_memory_follows_the_size_of_the_file() {
+        let need = |name: &str, size| working_memory(Path::new(name), size);
+        assert!(need("a.ply", 1000) < 32 << 20);
+        assert!(need("a.OBJ", 1 << 30) >= 4 << 30);
+        assert!(need("a.glb", 1 << 30) > need("a.glb", 1 << 20));
+        assert!(need("a.gltf", 1000) >= 256 << 20);
+        assert_eq!(need("a.glb", u64::MAX), u64::MAX);
+    }
+
+    #[test]
+    fn the_documented_places_of_sprites_are_places() {
+        #[derive(serde::Deserialize)]
+        struct Document {
+            places: Vec<crate::nodes::volumes::Place>,
+        }
+        let text = include_str!("../docs/scene.md");
+        let (_, rest) = text.split_once("```toml places\n").unwrap();
+        let document: Document = toml::from_str(rest.split("```").next().unwrap()).unwrap();
+        crate::nodes::volumes::check(&document.places).unwrap();
+        assert_eq!(document.places.len(), 2);
     }
 
     #[test]

@@ -58,7 +58,7 @@ pub struct SelectObjects;
 
 impl Node for SelectObjects {
     const KIND: &'static str = "select-objects";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;

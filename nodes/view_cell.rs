@@ -42,7 +42,7 @@ pub struct ViewCell;
 
 impl Node for ViewCell {
     const KIND: &'static str = "view-cell";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;

@@ -14,6 +14,7 @@ pub mod image;
 pub mod math;
 pub mod mesh;
 pub mod raster;
+pub mod regular;
 pub mod scene;
 pub mod sprite;
 pub mod voxel;

@@ -12,6 +12,10 @@ impl Files for One<'_> {
     fn read(&self, path: &Path) -> Result<Option<Bytes>, FormatError> {
         Ok((path == self.0).then(|| Arc::new(self.1.to_vec()) as Bytes))
     }
+
+    fn real(&self, _: &Path) -> Option<std::path::PathBuf> {
+        None
+    }
 }
 
 pub fn try_load(name: &str, bytes: &[u8]) {

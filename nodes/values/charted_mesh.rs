@@ -7,9 +7,10 @@ use crate::{
 
 impl Artifact for ChartedMesh {
     const TYPE: &'static str = "ChartedMesh";
-    const FORMAT: u32 = 1;
+    const FORMAT: u32 = 2;
 
     fn encode(&self, out: &mut Encoder) {
+        out.array("origin", &[self.origin]);
         out.array("positions", &self.positions);
         out.array("uv", &self.uv);
         out.array("triangles", &self.triangles);
@@ -22,7 +23,11 @@ impl Artifact for ChartedMesh {
 
     fn decode(data: &Decoder) -> Result<Self, DecodeError> {
         let bound = data.array::<f64>("bound_px")?;
+        let [origin] = data.array::<[f64; 3]>("origin")?[..] else {
+            return Err(DecodeError::section("origin", "expected one position"));
+        };
         let mesh = Self {
+            origin,
             positions: data.array("positions")?,
             uv: data.array("uv")?,
             triangles: data.array("triangles")?,
@@ -45,6 +50,9 @@ fn validate(m: &ChartedMesh, bounds: usize) -> Result<(), (&'static str, String)
     count("bound_px", bounds, 1)?;
     count("uv", m.uv.len(), m.positions.len())?;
     count("chart_of", m.chart_of.len(), m.triangles.len())?;
+    if !m.origin.iter().all(|c| c.is_finite()) {
+        return Err(("origin", "not finite".into()));
+    }
     if !m.positions.iter().flatten().all(|c| c.is_finite()) {
         return Err(("positions", "not finite".into()));
     }
@@ -78,6 +86,7 @@ mod tests {
 
     fn sample() -> ChartedMesh {
         ChartedMesh {
+            origin: [0.0, 8.0, 0.0],
             positions: vec![[0.0, 1.0, 2.0]; 3].into(),
             uv: vec![[2.0, 2.5]; 3].into(),
             triangles: vec![[0, 1, 2]].into(),

@@ -13,7 +13,7 @@ use crate::{
     mesh::ChartedMesh,
     scene::{Image, Material, Mesh, Object, Part, Scene, Texture, Wrap},
 };
-use glam::{Mat4, Vec3};
+use glam::{DVec3, Mat4, Vec3};
 use std::sync::Arc;
 
 /// How pages are made.
@@ -163,7 +163,12 @@ impl Pages<'_> {
         };
         let mesh = Arc::new(self.mesh(page, &frames));
         let parts = vec![Part { mesh, material: Arc::new(material) }];
-        Ok(Object { name, transform: Mat4::IDENTITY, parts })
+        Ok(Object { name, transform: Mat4::from_translation(self.origin().as_vec3()), parts })
+    }
+
+    /// What all pages' positions are relative to.
+    fn origin(&self) -> DVec3 {
+        self.meshes.first().map_or(DVec3::ZERO, |(_, mesh)| DVec3::from(mesh.origin))
     }
 
     /// All triangles whose chart lies on the page, by mesh, texture coordinates in the page.
@@ -173,6 +178,8 @@ impl Pages<'_> {
         let (mut vertex_normals, mut tangents) = (Vec::new(), Vec::new());
         for ((_, mesh), first) in self.meshes.iter().zip(self.first) {
             let mut copy = vec![u32::MAX; mesh.positions.len()];
+            // Zero for meshes of one cell.
+            let offset = (DVec3::from(mesh.origin) - self.origin()).as_vec3();
             for (t, chart) in mesh.triangles.iter().zip(mesh.chart_of.iter()) {
                 let chart = first + *chart as usize;
                 let place = self.packing.places[chart];
@@ -186,7 +193,7 @@ impl Pages<'_> {
                     if *known == u32::MAX {
                         *known = positions.len() as u32;
                         let at = mesh.uv[v as usize];
-                        positions.push(mesh.positions[v as usize]);
+                        positions.push((Vec3::from(mesh.positions[v as usize]) + offset).to_array());
                         uv.push([(at[0] + x) / width, (at[1] + y) / height]);
                         if let Some(frame) = frames.get(chart) {
                             vertex_normals.push(frame.normal.to_array());

@@ -5,6 +5,8 @@ use crate::{
     certify::{self, Bound, Choice, CompareError, Comparison, Sampling, StandIn},
     formats::{self, DiskFiles, Limits},
     image::encode_png,
+    math::Stop,
+    regular,
     scene::{Scene, builtin},
     voxel::Cell,
 };
@@ -45,6 +47,9 @@ pub struct Args {
     /// The displacement on the screen that is allowed, pixels
     #[arg(long, value_name = "PX", default_value_t = 1.0)]
     bound: f64,
+    /// Lets scenes name files outside their own folder
+    #[arg(long)]
+    allow_outside: bool,
     #[command(flatten)]
     backend: BackendArgs,
     /// Write certificate.json and pictures/ there; without it the certificate goes to standard output
@@ -81,11 +86,12 @@ fn cell(text: &str) -> Result<Cell, String> {
 }
 
 pub fn run(args: &Args) -> Done {
-    let original = load(&args.original)?;
-    let stand_in = load(&args.stand_in)?;
-    let ceiling = args.ceiling.as_deref().map(load).transpose()?;
+    let limits = Limits { allow_outside: args.allow_outside, ..Limits::default() };
+    let original = load(&args.original, &limits)?;
+    let stand_in = load(&args.stand_in, &limits)?;
+    let ceiling = args.ceiling.as_deref().map(|path| load(path, &limits)).transpose()?;
     // Built-in scenes have no file.
-    let bytes = std::fs::read(&args.stand_in).unwrap_or_default();
+    let bytes = regular::read(&args.stand_in).unwrap_or_default();
     let options = certify::Options {
         sampling: Sampling {
             views: args.views,
@@ -129,13 +135,15 @@ fn exit_code(error: &CompareError) -> u8 {
     }
 }
 
-fn load(path: &Path) -> Result<Scene, Exit> {
+/// The scene at `path`; what it warns of goes to standard error, also where it fails.
+fn load(path: &Path, limits: &Limits) -> Result<Scene, Exit> {
     if let Some(name) = path.to_str().and_then(|p| p.strip_prefix("builtin:")) {
         let known = builtin::NAMES.join(", ");
         return builtin::make(name, 1)
             .ok_or_else(|| Exit::say(2, format!("there is no built-in scene `{name}`; there are {known}")));
     }
-    formats::load(path, &DiskFiles, &Limits::default()).map_err(|e| Exit::say(1, e))
+    formats::load_with(path, &DiskFiles, limits, &Stop::default(), &mut |w| eprintln!("warning: {w}"))
+        .map_err(|e| Exit::say(1, e))
 }
 
 fn write(folder: &Path, comparison: &Comparison) -> Result<(), String> {

@@ -9,11 +9,11 @@ use super::{
     node::{Door, KindSpec, NodeError},
     record::Read,
 };
-use crate::array::Bytes;
+use crate::{array::Bytes, regular};
 use serde_json::Value;
 use std::{
     collections::BTreeMap,
-    fs, io,
+    io,
     path::{Component, Path, PathBuf},
     sync::{Arc, Mutex, PoisonError},
 };
@@ -45,6 +45,9 @@ pub fn sources(spec: &KindSpec, params: &Value, names: &[&str], cache: &mut Cach
         let hash = match cache.hash_file(&path) {
             Ok(Some((hash, _))) => hash,
             Ok(None) => return Err(format!("{} {name}: there is no file {text}", spec.name)),
+            Err(e) if e.kind() == io::ErrorKind::InvalidInput => {
+                return Err(format!("{} {name}: {text} {e}", spec.name));
+            }
             Err(e) => return Err(format!("{} {name}: {text} cannot be read: {e}", spec.name)),
         };
         keys.push(((*name).to_owned(), SourceKey::File { hash, extension: extension(&path) }));
@@ -92,9 +95,12 @@ impl Door for Recorder {
         if let Some(found) = seen().get(&path) {
             return Ok(found.as_ref().map(|(_, bytes)| bytes.clone()));
         }
-        let found: Option<(Digest, Bytes)> = match fs::read(&path) {
+        let found: Option<(Digest, Bytes)> = match regular::read(&path) {
             Ok(bytes) => Some((Digest::of(&bytes), Arc::new(bytes))),
             Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => None,
+            Err(e) if e.kind() == io::ErrorKind::InvalidInput => {
+                return Err(NodeError::Failed(format!("{} {e}", path.display())));
+            }
             Err(e) => return Err(NodeError::Failed(format!("{} cannot be read: {e}", path.display()))),
         };
         // If another thread read it meanwhile, its bytes stand for both.
@@ -156,6 +162,7 @@ fn relative(path: &Path, roots: &[Root]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn roots(path: &str) -> Vec<Root> {
         vec![Root { param: "path".into(), path: path.into() }]

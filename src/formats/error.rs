@@ -17,15 +17,27 @@ pub enum FormatError {
     #[error("{}: {place}: {found} {what}; the limit is {limit}", file.display())]
     Limit { file: PathBuf, place: String, what: &'static str, found: u64, limit: u64 },
     #[error(
-        "{}: `{target}` lies outside the scene's folder {}; `allow_outside` permits it",
+        "{}: `{target}` lies outside the scene's folder {}; `--allow-outside` permits it",
         file.display(),
-        folder.display()
+        shown(folder)
     )]
     Outside { file: PathBuf, target: String, folder: PathBuf },
+    #[error(
+        "{}: this link leads to {}, outside the scene's folder {}; `--allow-outside` permits it",
+        file.display(),
+        to.display(),
+        shown(folder)
+    )]
+    Link { file: PathBuf, to: PathBuf, folder: PathBuf },
     #[error("{object}: {what}")]
     Unwritable { object: String, what: String },
     #[error(transparent)]
     Stopped(#[from] Stopped),
+}
+
+/// A folder for a message; the working folder has no name.
+fn shown(folder: &Path) -> std::path::Display<'_> {
+    if folder.as_os_str().is_empty() { Path::new(".").display() } else { folder.display() }
 }
 
 impl FormatError {

@@ -1,8 +1,9 @@
 //! Where readers get their bytes from.
 
 use super::FormatError;
-use crate::array::Bytes;
+use crate::{array::Bytes, regular};
 use std::{
+    io::ErrorKind,
     path::{Component, Path, PathBuf},
     sync::Arc,
 };
@@ -11,6 +12,9 @@ use std::{
 pub trait Files {
     /// The file's bytes; `Ok(None)` where there is no such file.
     fn read(&self, path: &Path) -> Result<Option<Bytes>, FormatError>;
+
+    /// The path without symbolic links; `None` where there is no such file.
+    fn real(&self, path: &Path) -> Option<PathBuf>;
 }
 
 /// The file system itself.
@@ -19,11 +23,15 @@ pub struct DiskFiles;
 
 impl Files for DiskFiles {
     fn read(&self, path: &Path) -> Result<Option<Bytes>, FormatError> {
-        match std::fs::read(path) {
+        match regular::read(path) {
             Ok(bytes) => Ok(Some(Arc::new(bytes))),
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(None),
             Err(e) => Err(FormatError::Unreadable { file: path.to_owned(), what: e.to_string() }),
         }
+    }
+
+    fn real(&self, path: &Path) -> Option<PathBuf> {
+        real(path)
     }
 }
 
@@ -34,6 +42,15 @@ impl Files for NoFiles {
     fn read(&self, _: &Path) -> Result<Option<Bytes>, FormatError> {
         Ok(None)
     }
+
+    fn real(&self, _: &Path) -> Option<PathBuf> {
+        None
+    }
+}
+
+/// `path` on disk without symbolic links; `None` where it leads to nothing.
+pub fn real(path: &Path) -> Option<PathBuf> {
+    std::fs::canonicalize(path).ok()
 }
 
 /// `path` without `.` and `..`; `None` where it climbs above its beginning.

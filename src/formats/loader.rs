@@ -18,7 +18,8 @@ pub(super) struct Loader<'a> {
     pub limits: &'a Limits,
     pub stop: &'a Stop,
     warn: &'a mut dyn FnMut(String),
-    /// The outermost file's folder.
+    /// The outermost file, and its folder.
+    root: PathBuf,
     folder: PathBuf,
     texels: u64,
     vertices: u64,
@@ -55,6 +56,7 @@ impl<'a> Loader<'a> {
             limits,
             stop,
             warn,
+            root: path.to_owned(),
             folder,
             texels: 0,
             vertices: 0,
@@ -101,12 +103,27 @@ impl<'a> Loader<'a> {
     }
 
     pub fn read(&self, path: &Path) -> Result<Bytes, FormatError> {
-        self.files.read(path)?.ok_or_else(|| FormatError::Missing { file: path.to_owned() })
+        self.find(path)?.ok_or_else(|| FormatError::Missing { file: path.to_owned() })
     }
 
     /// The bytes of the file at `path`, if there is one.
     pub fn find(&self, path: &Path) -> Result<Option<Bytes>, FormatError> {
+        self.stays_inside(path)?;
         self.files.read(path)
+    }
+
+    /// Fails where `path` passes a symbolic link that leads out of the scene's folder. The outermost file is named by
+    /// the user and may lie anywhere.
+    fn stays_inside(&self, path: &Path) -> Result<(), FormatError> {
+        if self.limits.allow_outside || path == self.root {
+            return Ok(());
+        }
+        let here = if self.folder.as_os_str().is_empty() { Path::new(".") } else { &self.folder };
+        let (Some(to), Some(folder)) = (self.files.real(path), self.files.real(here)) else { return Ok(()) };
+        if to.starts_with(&folder) {
+            return Ok(());
+        }
+        Err(FormatError::Link { file: path.to_owned(), to, folder: self.folder.clone() })
     }
 
     /// The path of the file that `file` calls `target`, relative to its own folder.

@@ -19,14 +19,13 @@ mod picture;
 mod ply;
 mod polygon;
 mod scene_toml;
-mod shift;
 #[cfg(test)]
 mod tests;
 mod text;
 mod weld;
 
 pub use error::FormatError;
-pub use files::{DiskFiles, Files};
+pub use files::{DiskFiles, Files, real};
 pub use glb::{GlbOptions, write_glb};
 pub use limits::Limits;
 

@@ -128,3 +128,134 @@ impl Polygons {
         self.triangles = fan.filter(|t| area(*t) > FLAT * extent).collect();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::collections::BTreeSet;
+
+    fn cut(corners: &[DVec3]) -> Vec<[u32; 3]> {
+        Polygons::new().triangles(corners.iter().copied()).to_vec()
+    }
+
+    fn flat(points: &[[f64; 2]]) -> Vec<DVec3> {
+        points.iter().map(|[x, y]| DVec3::new(*x, *y, 0.0)).collect()
+    }
+
+    /// Twice the area of each triangle, seen from +Z.
+    fn areas(corners: &[DVec3], triangles: &[[u32; 3]]) -> Vec<f64> {
+        let area = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| corners[v as usize]);
+            (b - a).cross(c - a).z
+        };
+        triangles.iter().map(area).collect()
+    }
+
+    /// The triangles fill the outline, each of its edges once, and meet each other edge to edge.
+    fn fills(corners: usize, triangles: &[[u32; 3]]) {
+        assert_eq!(triangles.len(), corners - 2);
+        let edges = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+        let all: BTreeSet<_> = edges.collect();
+        assert_eq!(all.len(), 3 * triangles.len(), "no directed edge twice");
+        for i in 0..corners as u32 {
+            assert!(all.contains(&(i, (i + 1) % corners as u32)), "edge {i} of the outline");
+        }
+        let inner = all.iter().filter(|(a, b)| (a + 1) % corners as u32 != *b);
+        assert!(inner.clone().all(|(a, b)| all.contains(&(*b, *a))));
+    }
+
+    #[test]
+    fn known_shapes() {
+        // A convex quad keeps the fan that it always had; a concave one is cut at its notch.
+        assert_eq!(cut(&flat(&[[0., 0.], [1., 0.], [1., 1.], [0., 1.]])), [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(cut(&flat(&[[0., 0.], [2., 0.], [0.5, 0.5], [0., 2.]])), [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(cut(&flat(&[[2., 0.], [0.5, 0.5], [0., 2.], [0., 0.]])), [[1, 2, 3], [1, 3, 0]]);
+        // A corner on an edge.
+        assert_eq!(cut(&flat(&[[0., 0.], [1., 0.], [2., 0.], [1., 2.]])), [[1, 2, 3], [1, 3, 0]]);
+        // Repeated corners, next to each other and at the ends.
+        assert_eq!(cut(&flat(&[[0., 0.], [1., 0.], [1., 0.], [1., 1.], [0., 0.]])), [[0, 1, 3]]);
+        for degenerate in
+            [&[[0., 0.]; 5][..], &[[0., 0.], [1., 1.]], &[[0., 0.], [1., 1.], [2., 2.], [3., 3.], [1.5, 1.5]], &[]]
+        {
+            assert_eq!(cut(&flat(degenerate)), [[0u32; 3]; 0], "{degenerate:?}");
+        }
+        // A bow tie has no normal; its halves are shown.
+        assert_eq!(cut(&flat(&[[0., 0.], [1., 1.], [1., 0.], [0., 1.]])).len(), 2);
+    }
+
+    #[test]
+    fn a_ring_with_a_slit_keeps_its_hole() {
+        let outer = [[-2., -2.], [2., -2.], [2., 2.], [-2., 2.], [-2., -2.]];
+        let inner = [[-1., -1.], [-1., 1.], [1., 1.], [1., -1.], [-1., -1.]];
+        let corners = flat(&[outer, inner].concat());
+        let triangles = cut(&corners);
+        let areas = areas(&corners, &triangles);
+        assert!(areas.iter().all(|a| *a >= 0.0));
+        assert!((areas.iter().sum::<f64>() - 2.0 * 12.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn thousands_of_corners() {
+        // A comb: half of its corners are notches.
+        let teeth = 5000;
+        let comb = (0..2 * teeth).rev().map(|i| [i as f64, if i % 2 == 0 { 1.0 } else { 900.0 }]);
+        let corners = flat(&[vec![[-1.0, 0.0], [2.0 * teeth as f64, 0.0]], comb.collect()].concat());
+        let triangles = cut(&corners);
+        fills(corners.len(), &triangles);
+        assert!(areas(&corners, &triangles).iter().all(|a| *a > 0.0));
+    }
+
+    #[test]
+    fn tangled_outlines_end() {
+        for step in [2, 499, 1001] {
+            let corners: Vec<_> = (0..2003)
+                .map(|i| {
+                    let angle = (i * step % 2003) as f64 * std::f64::consts::TAU / 2003.0;
+                    DVec3::new(libm::cos(angle), libm::sin(angle), libm::sin(7.0 * angle))
+                })
+                .collect();
+            assert!(cut(&corners).iter().flatten().all(|v| (*v as usize) < corners.len()));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn star_shaped_faces_are_filled(
+            radii in prop::collection::vec(0.1f64..1.0, 5..60), bend in 0.0f64..0.002,
+            turn in prop::array::uniform3(-3.0f64..3.0), far in prop::array::uniform3(-1e6f64..1e6), mirror in any::<bool>(),
+        ) {
+            let n = radii.len();
+            let planar: Vec<_> = radii.iter().enumerate().map(|(i, r)| {
+                let angle = i as f64 * std::f64::consts::TAU / n as f64;
+                DVec3::new(r * libm::cos(angle), r * libm::sin(angle), bend * libm::sin(3.0 * angle))
+            }).collect();
+            let place = glam::DAffine3::from_scale_rotation_translation(
+                DVec3::splat(3.0), glam::DQuat::from_euler(glam::EulerRot::XYZ, turn[0], turn[1], turn[2]), far.into());
+            let mut corners: Vec<_> = planar.iter().map(|p| place.transform_point3(*p)).collect();
+            let mut local = planar;
+            if mirror {
+                corners.reverse();
+                local.reverse();
+            }
+            let triangles = cut(&corners);
+            fills(n, &triangles);
+            let side = if mirror { -1.0 } else { 1.0 };
+            // Slivers of the bent surface may turn by rounding; the whole is filled.
+            let areas = areas(&local, &triangles);
+            prop_assert!(areas.iter().all(|a| a * side > -1e-6));
+            let outline: f64 = (0..n).map(|i| local[i].truncate().perp_dot(local[(i + 1) % n].truncate())).sum();
+            prop_assert!((areas.iter().sum::<f64>() - outline).abs() < 1e-6);
+        }
+
+        #[test]
+        fn anything_gives_triangles_of_its_own_corners(
+            corners in prop::collection::vec(prop::array::uniform3(-3i8..3), 0..40), scale in prop_oneof![Just(1.0), Just(1e-30), Just(3e38)],
+        ) {
+            let corners: Vec<_> = corners.iter().map(|c| DVec3::from(c.map(f64::from)) * scale).collect();
+            let triangles = cut(&corners);
+            prop_assert!(triangles.iter().flatten().all(|v| (*v as usize) < corners.len()));
+            prop_assert!(triangles.len() <= corners.len());
+        }
+    }
+}

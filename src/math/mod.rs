@@ -4,12 +4,14 @@
 
 pub mod bounds;
 pub mod sequence;
+pub mod shift;
 pub mod stop;
 pub mod triangle;
 pub mod view;
 
 pub use bounds::Aabb;
 pub use sequence::Sequence;
+pub use shift::shift;
 pub use stop::{Stop, Stopped};
 pub use triangle::squared_distance;
 pub use view::{Projection, View};

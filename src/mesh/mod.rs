@@ -6,7 +6,9 @@ use crate::array::Array;
 /// A mesh whose faces have their texels in charts of their own, not yet in an atlas.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChartedMesh {
-    /// World space, metres.
+    /// World space, metres, exact in 32 bits: what the positions are relative to.
+    pub origin: [f64; 3],
+    /// Metres.
     pub positions: Array<[f32; 3]>,
     /// Texel units within the vertex's chart, (0, 0) its top left corner; a vertex belongs to one chart.
     pub uv: Array<[f32; 2]>,

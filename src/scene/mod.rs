@@ -142,10 +142,11 @@ impl Object {
     /// Bounds in world space, over the vertices that faces use.
     pub fn bounds(&self) -> Aabb {
         let mut b = Aabb::EMPTY;
+        let transform = self.transform.as_dmat4();
         for part in &self.parts {
             for i in part.mesh.triangles.iter().flatten() {
                 let p = Vec3::from(part.mesh.positions[*i as usize]);
-                b.add(self.transform.transform_point3(p).as_dvec3());
+                b.add(transform.transform_point3(p.as_dvec3()));
             }
         }
         b

@@ -38,6 +38,7 @@ pub fn field_scene(meshes: &[(&str, &VoxelMesh)], slices: &Slices, stop: &Stop) 
         stop.check()?;
         let map = Reprojection::of(slices, mesh)
             .map_err(|source| FieldSceneError::Misfit { mesh: (*name).to_owned(), source })?;
+        let origin = map.origin();
         let lattice = Lattice::new(&mesh.voxels);
         let colors = mesh.vertices.iter().map(|v| {
             let voxel = voxel_of(mesh, &lattice, *v, map.frustum().size);
@@ -45,13 +46,13 @@ pub fn field_scene(meshes: &[(&str, &VoxelMesh)], slices: &Slices, stop: &Stop) 
             [srgb::to_linear(c[0]), srgb::to_linear(c[1]), srgb::to_linear(c[2]), 1.0]
         });
         let part = Mesh {
-            positions: mesh.vertices.iter().map(|v| map.world(*v).as_vec3().to_array()).collect(),
+            positions: mesh.vertices.iter().map(|v| (map.world(*v) - origin).as_vec3().to_array()).collect(),
             colors: colors.collect(),
             triangles: mesh.faces.clone(),
             ..Mesh::default()
         };
         let parts = vec![Part { mesh: Arc::new(part), material: material.clone() }];
-        Ok(Object { name: (*name).to_owned(), transform: Mat4::IDENTITY, parts })
+        Ok(Object { name: (*name).to_owned(), transform: Mat4::from_translation(origin.as_vec3()), parts })
     };
     let mut objects: Vec<Object> = meshes.par_iter().map(object).collect::<Result<_, FieldSceneError>>()?;
     objects.sort_by(|a, b| a.name.cmp(&b.name));

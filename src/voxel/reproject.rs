@@ -5,7 +5,8 @@
 //! depth `layer[l]` from the cell's centre. Equal vertices give equal bits, and a seam between two faces of a cube has
 //! the same bits from both sides.
 
-use super::{Frustum, Slices, VoxelMesh};
+use super::{Cell, Frustum, Slices, VoxelMesh};
+use crate::math::{Aabb, shift};
 use glam::{DVec3, dvec3};
 
 /// A mesh and the slices that it was made from do not fit together.
@@ -36,6 +37,16 @@ impl<'a> Reprojection<'a> {
     /// `None` where the slices have no such frustum.
     pub fn new(slices: &'a Slices, frustum: u32) -> Option<Self> {
         Some(Self { slices, frustum: slices.frusta.get(frustum as usize)? })
+    }
+
+    /// What world positions are stored relative to, the same for all meshes of the cell: zero, or where the cell lies far
+    /// from the origin a round place near it.
+    pub fn origin(&self) -> DVec3 {
+        // How far from the cell its objects are held to be, in half extents: twice what a default cell's are.
+        const NEAR: f64 = 80.0;
+        let Cell { centre, half } = self.slices.cell;
+        let reach = half * NEAR;
+        shift(&Aabb { min: centre - reach, max: centre + reach })
     }
 
     /// The map for `mesh`, after checking that all its numbers exist.

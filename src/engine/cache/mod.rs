@@ -21,6 +21,7 @@ use super::{
     record::{BakeRecord, MapRecord, RunRecord},
     wire::{Reader, Writer},
 };
+use crate::regular;
 use blob::Blobs;
 use files::{Stamp, nanoseconds};
 use lock::{KeyLock, KeyLocks, Lock};
@@ -438,6 +439,7 @@ impl Cache {
             Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => return Ok(None),
             other => other?,
         };
+        regular::check(&meta)?;
         let (stamp, name) = (Stamp::of(&meta), path.to_string_lossy().into_owned());
         let remembered = || -> rusqlite::Result<Option<(Vec<u8>, Vec<u8>)>> {
             let mut s = self.db.prepare_cached("SELECT stamp, hash FROM file WHERE path = ?1")?;
@@ -450,7 +452,7 @@ impl Cache {
             return Ok(Some((Digest(hash), stamp.size)));
         }
         let at = nanoseconds(SystemTime::now());
-        let bytes = fs::read(path)?;
+        let bytes = regular::read(path)?;
         let hash = Digest::of(&bytes);
         // Remembered only if it did not change while it was read and cannot change unseen afterwards.
         if stamp.settled(at) && Stamp::of(&fs::metadata(path)?) == stamp {

@@ -74,7 +74,7 @@ pub fn open(file: &str, folder: &Path, stock: &[Stock]) -> Result<(Source, PathB
 /// A file's bytes, but not many more than a pipeline may have.
 fn read_bytes(path: &Path) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    std::fs::File::open(path)?.take(MAX_BYTES as u64 + 1).read_to_end(&mut bytes)?;
+    crate::regular::open(path)?.take(MAX_BYTES as u64 + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 

@@ -153,18 +153,32 @@ fn perform_inner(
     // A kind may warn from many threads: their order is not the run's to give.
     let warn = |text: String| warnings.lock().unwrap_or_else(PoisonError::into_inner).push(text);
     let ctx = Ctx { stop: &stop, door: &door, element: element.as_deref(), device: device.as_deref(), warn: &warn };
-    let (outputs, values, data) = guard(|| {
+    let made = guard(|| {
         let slots = kind.run(&params, slots, &ctx).map_err(|e| match e {
             NodeError::Stopped(_) if stop.is_set() => TaskError::Stopped,
             other => TaskError::Failed(other.to_string()),
         })?;
         store(&spec.outputs, slots, &blobs)
-    })?;
+    });
     let mut warnings = warnings.into_inner().unwrap_or_else(PoisonError::into_inner);
     warnings.sort();
     warnings.dedup();
+    let (outputs, values, data) = made.map_err(|e| with_warnings(e, &warnings))?;
     let (reads, roots) = door.finish();
     Ok(Made { outputs, values, data, warnings, reads, roots })
+}
+
+/// A failure with what its run warned of before, which may be the reason.
+fn with_warnings(error: TaskError, warnings: &[String]) -> TaskError {
+    const SHOWN: usize = 3;
+    let TaskError::Failed(mut text) = error else { return error };
+    for warning in warnings.iter().take(SHOWN) {
+        text += &format!("\n  before that: {warning}");
+    }
+    if warnings.len() > SHOWN {
+        text += &format!("\n  and {} more warnings", warnings.len() - SHOWN);
+    }
+    TaskError::Failed(text)
 }
 
 /// Turns a panic of the kind's code into its failure.

@@ -12,10 +12,12 @@ use crate::{
         loader::Loader,
         mesh,
         polygon::Polygons,
-        shift::{shift, storable},
         weld::Weld,
     },
-    math::{Aabb, Stop, Stopped},
+    math::{
+        Aabb, Stop, Stopped,
+        shift::{shift, storable},
+    },
     scene::{Mesh, Object, Part},
 };
 use glam::DVec3;
@@ -101,14 +103,15 @@ pub(super) fn objects(
 impl Notes {
     fn tell(&self, loader: &mut Loader, file: &Path) {
         let reasons = [
-            (&self.beyond, "left out: a vertex number that does not exist"),
-            (&self.broken, "left out: a corner that is no finite number"),
-            (&self.flat, "left out: fewer than three distinct corners, or no area"),
-            (&self.bare, "shown without texture coordinates or normals that do not exist or are not finite"),
+            (&self.beyond, "left out", "with a vertex number that does not exist"),
+            (&self.broken, "left out", "with a corner that is no finite number"),
+            (&self.flat, "left out", "without area"),
+            (&self.bare, "shown without texture coordinates or normals", "whose own do not exist or are not finite"),
         ];
-        for (left, reason) in reasons {
+        for (left, what, which) in reasons {
             if left.faces > 0 {
-                loader.warn(file, format!("{} faces are {reason}; the first in line {}", left.faces, left.line));
+                let Left { faces, line } = left;
+                loader.warn(file, format!("faces {what}: {faces} {which}, the first in line {line}"));
             }
         }
         if self.rounded > 0 {

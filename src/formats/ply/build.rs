@@ -8,10 +8,12 @@ use crate::{
         loader::Loader,
         mesh,
         polygon::Polygons,
-        shift::{shift, storable},
         weld::Weld,
     },
-    math::{Aabb, Stop, Stopped},
+    math::{
+        Aabb, Stop, Stopped,
+        shift::{shift, storable},
+    },
     scene::Mesh,
 };
 use glam::DVec3;
@@ -139,15 +141,13 @@ impl Cut {
 
     fn tell(&self, loader: &mut Loader, file: &Path) {
         for (left, reason) in [
-            (&self.beyond, "a vertex number that does not exist"),
-            (&self.broken, "a corner that is no finite number"),
-            (&self.flat, "fewer than three distinct corners, or no area"),
+            (&self.beyond, "with a vertex number that does not exist"),
+            (&self.broken, "with a corner that is no finite number"),
+            (&self.flat, "without area"),
         ] {
             if left.count > 0 {
-                loader.warn(
-                    file,
-                    format!("{} faces are left out: {reason}; the first is face {}", left.count, left.first),
-                );
+                let Left { count, first } = left;
+                loader.warn(file, format!("faces left out: {count} {reason}, the first is face {first}"));
             }
         }
     }

@@ -179,7 +179,7 @@ fn errors_name_the_place() {
     let outside = changed("/buffers/0/uri", json!("../a.bin"));
     assert_eq!(
         outside.error("d/a.gltf"),
-        "d/a.gltf: `../a.bin` lies outside the scene's folder d; `allow_outside` permits it"
+        "d/a.gltf: `../a.bin` lies outside the scene's folder d; `--allow-outside` permits it"
     );
 }
 

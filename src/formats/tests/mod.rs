@@ -14,7 +14,11 @@ use crate::{
     scene::{Alpha, Image, Material, Mesh, Object, Part, Scene, Texture, Wrap},
 };
 use glam::Mat4;
-use std::{collections::BTreeMap, path::Path, sync::Arc};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 /// Files in memory.
 #[derive(Default)]
@@ -23,6 +27,10 @@ pub(super) struct Memory(pub BTreeMap<String, Vec<u8>>);
 impl Files for Memory {
     fn read(&self, path: &Path) -> Result<Option<Bytes>, FormatError> {
         Ok(self.0.get(path.to_str().unwrap()).map(|b| Arc::new(b.clone()) as Bytes))
+    }
+
+    fn real(&self, _: &Path) -> Option<PathBuf> {
+        None
     }
 }
 

@@ -37,12 +37,25 @@ element face 1\nproperty list uchar int vertex_index\nend_header\n\0\0\0\0\0\0\0
 const ASCII: &[u8] = b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z
 element face 1\nproperty list int int vertex_index\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 const OBJ: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0 1 1 1\nvt 0 0\nvn 0 0 1\no a\nusemtl b\nf 1/1/1 2/1/1 -1/1/1\nf 1 2 3\n";
+/// A concave face, continued lines, several libraries, colours up to 255, coordinates far away.
+const RICH: &[u8] =
+    b"mtllib none.mtl m.mtl\nv 5e5 0 0 255 0 0\nv 500004 0 0 0 0 9\nv 500001 1 0\nv 5e5 4 0\nv nan 0 0\nvt 0 0\n\
+usemtl \"a #1\"\nf 1/1 2/1 \\ \n3/1 4/1 \\\n\\\n\nf -1 1 2 3 4 # c\\\nf 4 4 4\nf 1/1 2/1 3/1\n";
+const MTL: &[u8] = b"newmtl a #1 # c\nKd 0 0 0\nmap_Kd -s 1 1 1 -o 0 0 \"C:\\x\\t.png\"\nd 0\nTr 1\nmap_Ke t.png\nmap_d -mm 0 1 t.png # x\n";
+/// Colours of faces, a concave face, doubles.
+const COLORED: &[u8] = b"ply\nformat ascii 1.0\nelement face 2\nproperty list uchar int vertex_index\nproperty float red\nproperty char green\n\
+property ushort blue\nelement vertex 5\nproperty double x\nproperty double y\nproperty double z\nend_header\n5 0 1 2 3 4 255 -1 9\n3 0 1 2 1 0 0\n\
+5e5 0 0\n500004 0 0\n500004 4 0\n500002 1 0\n5e5 4 0\n";
 const TOML: &[u8] =
     b"[[place]]\nfile = 'a.toml'\nname = 'x'\ntranslate = [1.0, 2, 3]\nrotate_deg = [0, 1, 2]\nscale = 2\n";
 
+fn utf16(text: &[u8]) -> Vec<u8> {
+    std::iter::once(0xfeff).chain(text.iter().map(|b| u16::from(*b))).flat_map(u16::to_le_bytes).collect()
+}
+
 #[test]
 fn the_undamaged_files_load() {
-    for (name, bytes) in [("a.ply", PLY), ("a.ply", ASCII), ("a.obj", OBJ)] {
+    for (name, bytes) in [("a.ply", PLY), ("a.ply", ASCII), ("a.obj", OBJ), ("a.obj", RICH), ("a.ply", COLORED)] {
         assert!(Memory::of([(name, bytes)]).load(name).0.unwrap().triangle_count() > 0);
     }
 }
@@ -86,6 +99,18 @@ proptest! {
     #[test]
     fn obj(d in damage()) {
         try_load("a.obj", &apply(OBJ.to_vec(), &d));
+    }
+
+    #[test]
+    fn rich_obj(d in damage(), library in damage(), wide in any::<bool>()) {
+        let text = if wide { utf16(RICH) } else { RICH.to_vec() };
+        let (obj, mtl) = (apply(text, &d), apply(MTL.to_vec(), &library));
+        let _ = Memory::of([("a.obj", &obj), ("m.mtl", &mtl), ("t.png", &super::obj::png())]).load("a.obj");
+    }
+
+    #[test]
+    fn ply_with_colors(d in damage(), wide in any::<bool>()) {
+        try_load("a.ply", &apply(if wide { utf16(COLORED) } else { COLORED.to_vec() }, &d));
     }
 
     #[test]

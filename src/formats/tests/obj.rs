@@ -25,7 +25,7 @@ l 1 2
 
 const MTL: &str = "newmtl red\nKd 1 0.5 0\nd 0.5\nmap_Kd -s 2 3 1 -o 0.5 0.25 tex ture.png\nnewmtl other\nKd 0 0 0\n";
 
-fn png() -> Vec<u8> {
+pub(super) fn png() -> Vec<u8> {
     let scene = everything();
     let t = &scene.objects[0].parts[0].material.base_color_texture;
     let image = &t.as_ref().unwrap().image;
@@ -78,7 +78,7 @@ fn errors_name_the_line() {
     assert_eq!(error("vn 0 0 2", "vn 0 0"), "a.obj: line 10: 2 numbers where 3 are needed");
     assert_eq!(
         error("stuff.mtl", "../stuff.mtl"),
-        "a.obj: `../stuff.mtl` lies outside the scene's folder ; `allow_outside` permits it"
+        "a.obj: `../stuff.mtl` lies outside the scene's folder .; `--allow-outside` permits it"
     );
 }
 
@@ -157,10 +157,10 @@ fn what_a_face_lacks_takes_nothing_from_the_others() {
     assert_eq!(
         warnings,
         [
-            "a.obj: 3 faces are left out: a vertex number that does not exist; the first in line 17",
-            "a.obj: 1 faces are left out: a corner that is no finite number; the first in line 14",
-            "a.obj: 2 faces are left out: fewer than three distinct corners, or no area; the first in line 15",
-            "a.obj: 2 faces are shown without texture coordinates or normals that do not exist or are not finite; \
+            "a.obj: faces left out: 3 with a vertex number that does not exist, the first in line 17",
+            "a.obj: faces left out: 1 with a corner that is no finite number, the first in line 14",
+            "a.obj: faces left out: 2 without area, the first in line 15",
+            "a.obj: faces shown without texture coordinates or normals: 2 whose own do not exist or are not finite, \
              the first in line 12",
         ]
     );

@@ -148,9 +148,9 @@ fn one_bad_vertex_or_face_is_left_out_with_a_warning() {
     assert_eq!(
         warnings,
         [
-            "a.ply: 2 faces are left out: a vertex number that does not exist; the first is face 4",
-            "a.ply: 2 faces are left out: a corner that is no finite number; the first is face 1",
-            "a.ply: 2 faces are left out: fewer than three distinct corners, or no area; the first is face 3",
+            "a.ply: faces left out: 2 with a vertex number that does not exist, the first is face 4",
+            "a.ply: faces left out: 2 with a corner that is no finite number, the first is face 1",
+            "a.ply: faces left out: 2 without area, the first is face 3",
         ]
     );
 }

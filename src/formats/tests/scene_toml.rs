@@ -53,7 +53,7 @@ fn errors_name_line_and_column() {
     assert_eq!(error("[[place]]\nfile = 'no.ply'"), "s/a.toml: line 2, column 8: s/no.ply: no such file");
     assert_eq!(
         error("[[place]]\nfile = '../t.ply'"),
-        "s/a.toml: `../t.ply` lies outside the scene's folder s; `allow_outside` permits it"
+        "s/a.toml: `../t.ply` lies outside the scene's folder s; `--allow-outside` permits it"
     );
     assert_eq!(error("[[place]]\nfile = 't.xyz'"), "s/a.toml: line 2, column 8: s/t.xyz: no such file");
     assert!(
@@ -83,4 +83,76 @@ fn a_scene_that_multiplies_without_end_hits_a_limit() {
         files.0.insert(format!("s/{i}.toml"), text.into());
     }
     assert!(files.error("s/0.toml").ends_with("1025 objects; the limit is 1024"));
+}
+
+/// The fenced blocks of docs/scene.md that begin with `fence`.
+fn examples(fence: &str) -> Vec<&'static str> {
+    let text = include_str!("../../../docs/scene.md");
+    text.split("```").skip(1).step_by(2).filter_map(|block| block.strip_prefix(fence)).collect()
+}
+
+#[test]
+fn the_examples_of_the_documentation_load() {
+    use crate::formats::{GlbOptions, write_glb};
+    let glb = write_glb(&everything(), &GlbOptions::default()).unwrap();
+    let obj = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let examples = examples("toml\n");
+    assert!(examples.len() >= 2);
+    for text in examples {
+        let block = b"[[place]]\nfile = 'house.glb'\n";
+        let files = [("a.toml", text.as_bytes()), ("house.glb", &glb), ("trees/oak.obj", obj), ("block.toml", block)];
+        let scene = Memory::of(files).scene("a.toml");
+        assert!(scene.objects.len() >= 2, "{text}");
+    }
+}
+
+#[test]
+fn every_key_is_documented() {
+    let text = include_str!("../../../docs/scene.md");
+    let error = files("[[place]]\nnonsense = 1").error("s/a.toml");
+    let keys: Vec<_> = error.split('`').skip(3).step_by(2).collect();
+    assert!(keys.len() >= 6, "{error}");
+    for key in keys {
+        assert!(text.contains(&format!("| `{key}` |")), "{key} is not in docs/scene.md");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn links_that_lead_out_of_the_folder_are_refused_like_dots() {
+    use crate::formats::{DiskFiles, load};
+    use std::os::unix::fs::symlink;
+    let all = tempfile::tempdir().unwrap();
+    let (scene, other) = (all.path().join("scene"), all.path().join("other"));
+    std::fs::create_dir(&scene).unwrap();
+    std::fs::create_dir(&other).unwrap();
+    std::fs::write(other.join("t.ply"), PLY).unwrap();
+    std::fs::write(scene.join("own.ply"), PLY).unwrap();
+    symlink(other.join("t.ply"), scene.join("file.ply")).unwrap();
+    symlink(&other, scene.join("folder")).unwrap();
+    symlink(scene.join("own.ply"), scene.join("inside.ply")).unwrap();
+    let root = scene.join("a.toml");
+    let strict = small();
+    let free = Limits { allow_outside: true, ..small() };
+    for name in ["file.ply", "folder/t.ply", "../other/t.ply"] {
+        std::fs::write(&root, format!("[[place]]\nfile = '{name}'\n")).unwrap();
+        let error = load(&root, &DiskFiles, &strict).unwrap_err().to_string();
+        assert!(error.contains("outside the scene's folder") && error.contains("`--allow-outside`"), "{error}");
+        let to = other.join("t.ply").canonicalize().unwrap().display().to_string();
+        assert!(name.starts_with("..") || error.contains(name) && error.contains(&to), "{error}");
+        assert_eq!(load(&root, &DiskFiles, &free).unwrap().triangle_count(), 1);
+    }
+    std::fs::write(&root, "[[place]]\nfile = 'inside.ply'\n").unwrap();
+    assert_eq!(load(&root, &DiskFiles, &strict).unwrap().triangle_count(), 1);
+    // The scene itself may be a link, and so may the folder that it lies in.
+    symlink(&scene, all.path().join("link")).unwrap();
+    let linked = all.path().join("link/a.toml");
+    assert_eq!(load(&linked, &DiskFiles, &strict).unwrap().triangle_count(), 1);
+    symlink(other.join("t.ply"), scene.join("root.ply")).unwrap();
+    assert_eq!(load(&scene.join("root.ply"), &DiskFiles, &strict).unwrap().triangle_count(), 1);
+    // A folder is no file.
+    std::fs::write(&root, "[[place]]\nfile = 'x.ply'\n").unwrap();
+    std::fs::create_dir(scene.join("x.ply")).unwrap();
+    let error = load(&root, &DiskFiles, &strict).unwrap_err().to_string();
+    assert!(error.ends_with("is a folder, expected a regular file"), "{error}");
 }

@@ -223,6 +223,7 @@ fn assemble(
     bound_px: f64,
 ) -> ChartedMesh {
     let mesh = space.mesh;
+    let world_origin = space.map.origin();
     let (mut positions, mut uv, mut triangles, mut chart_of) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut chart_size = Vec::new();
     // (chart, number) of each vertex's latest copy.
@@ -238,7 +239,7 @@ fn assemble(
                 let known = &mut copy[v as usize];
                 if known.0 != number as u32 {
                     *known = (number as u32, positions.len() as u32);
-                    positions.push(space.map.world(mesh.vertices[v as usize]).as_vec3().to_array());
+                    positions.push((space.map.world(mesh.vertices[v as usize]) - world_origin).as_vec3().to_array());
                     uv.push((chart.uv(space, v) - origin).as_vec2().to_array());
                 }
                 known.1
@@ -254,6 +255,7 @@ fn assemble(
         }
     }
     ChartedMesh {
+        origin: world_origin.to_array(),
         positions: positions.into(),
         uv: uv.into(),
         triangles: triangles.into(),

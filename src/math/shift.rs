@@ -1,6 +1,6 @@
 //! Meshes far from the origin: stored about an origin of their own, so that rounding to 32 bits keeps their shape.
 
-use crate::math::Aabb;
+use super::Aabb;
 use glam::DVec3;
 
 /// A mesh is shifted where coordinates are more than so many times as large as the mesh.
@@ -8,7 +8,7 @@ const FAR: f64 = 16.0;
 
 /// What to subtract from positions within `bounds` before they are rounded: their centre, as multiples of a power of
 /// two near their extent that are exact in 32 bits; zero where they lie about the origin already.
-pub(super) fn shift(bounds: &Aabb) -> DVec3 {
+pub fn shift(bounds: &Aabb) -> DVec3 {
     if bounds.is_empty() {
         return DVec3::ZERO;
     }
@@ -25,7 +25,7 @@ pub(super) fn shift(bounds: &Aabb) -> DVec3 {
 }
 
 /// Whether a position can be stored: finite, also in 32 bits.
-pub(super) fn storable(p: DVec3) -> bool {
+pub fn storable(p: DVec3) -> bool {
     p.abs().cmple(DVec3::splat(f32::MAX as f64)).all()
 }
 
