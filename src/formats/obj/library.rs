@@ -79,30 +79,23 @@ type Opened = Vec<(std::path::PathBuf, crate::array::Bytes)>;
 
 /// The files that one `mtllib` names: its whole text is one file's name, or else several names one after another.
 fn open(loader: &mut Loader, file: &Path, home: &Path, line: usize, names: &str) -> Result<Opened, FormatError> {
-    let mut out = Vec::new();
-    let mut lost = Vec::new();
     let shortened = without_comment(names);
-    let mut readings: Vec<Vec<String>> = vec![vec![unquote(names).to_owned()]];
-    for reading in [vec![unquote(shortened).to_owned()], split(shortened)] {
-        if !readings.contains(&reading) {
-            readings.push(reading);
-        }
-    }
-    let several = readings.len() - 1;
-    for (i, reading) in readings.iter().enumerate() {
-        for name in reading {
-            match paths::find(loader, file, home, name)? {
-                Found::File(path, bytes) => out.push((path, bytes)),
-                Found::Nothing(tried) if i == several => lost.push(paths::nowhere(name, &tried)),
-                Found::Nothing(_) => {}
+    let several = split(shortened);
+    if several.len() > 1 || shortened != names {
+        for whole in [names, shortened] {
+            if let Found::File(path, bytes) = paths::exact(loader, file, unquote(whole))? {
+                return Ok(vec![(path, bytes)]);
             }
         }
-        if !out.is_empty() {
-            break;
-        }
     }
-    for what in lost {
-        loader.warn(file, format!("line {line}: the material library {what}"));
+    let mut out = Vec::new();
+    for name in several {
+        match paths::find(loader, file, home, &name)? {
+            Found::File(path, bytes) => out.push((path, bytes)),
+            Found::Nothing(tried) => {
+                loader.warn(file, format!("line {line}: the material library {}", paths::nowhere(&name, &tried)));
+            }
+        }
     }
     Ok(out)
 }

@@ -14,19 +14,28 @@ pub(super) enum Found {
     Nothing(Vec<PathBuf>),
 }
 
+/// The file that `file` calls `target`, only by its path.
+pub(super) fn exact(loader: &Loader, file: &Path, target: &str) -> Result<Found, FormatError> {
+    let name = target.replace('\\', "/");
+    if is_absolute(&name) && !loader.limits.allow_outside {
+        return Ok(Found::Nothing(Vec::new()));
+    }
+    let path = loader.resolve(file, &name)?;
+    Ok(match loader.find(&path)? {
+        Some(bytes) => Found::File(path, bytes),
+        None => Found::Nothing(vec![path]),
+    })
+}
+
 /// The file that `file` calls `target`: by its path, and where none is there, by its name beside `file` and in `home`,
 /// the folder of the OBJ. The latter is a warning.
 pub(super) fn find(loader: &mut Loader, file: &Path, home: &Path, target: &str) -> Result<Found, FormatError> {
+    let mut tried = match exact(loader, file, target)? {
+        Found::Nothing(tried) => tried,
+        found => return Ok(found),
+    };
     let name = target.replace('\\', "/");
     let absolute = is_absolute(&name);
-    let mut tried = Vec::new();
-    if !absolute || loader.limits.allow_outside {
-        let path = loader.resolve(file, &name)?;
-        if let Some(bytes) = loader.find(&path)? {
-            return Ok(Found::File(path, bytes));
-        }
-        tried.push(path);
-    }
     let last = name.rsplit('/').next().unwrap_or_default();
     if last.is_empty() || last == "." || last == ".." {
         return Ok(Found::Nothing(tried));

@@ -196,6 +196,8 @@ fn names_of_materials_are_found_however_they_are_written() {
     for (library, new, used) in [
         ("mtllib m.mtl", "newmtl Material #25", "usemtl Material #25"),
         ("MTLLIB none.mtl m.mtl", "NewMtl wood#1", "UseMtl wood#1"),
+        ("mtllib C:\\work\\n.mtl C:\\work\\m.mtl", "newmtl red", "usemtl red"),
+        ("mtllib m.mtl C:\\work\\n.mtl", "newmtl red", "usemtl red"),
         ("mtllib m.mtl # the materials", "newmtl red # bright", "usemtl red"),
         ("mtllib .\\m.mtl", "newmtl red", "usemtl red # bright"),
         ("mtllib \"m.mtl\"", "newmtl \"red brick\"", "usemtl red brick"),
