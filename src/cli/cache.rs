@@ -6,7 +6,7 @@ use super::{
     interrupt, print,
     quantity::{bytes, duration, show_bytes},
 };
-use crate::engine::cache::{self, Limits};
+use crate::engine::cache::{self, Collected, Limits};
 use std::time::Duration;
 
 /// Looks after the cache
@@ -23,7 +23,7 @@ enum Action {
         #[command(flatten)]
         cache: CacheArg,
     },
-    /// Reads every value and compares it with its hash; what is bad is set aside and will be computed again
+    /// Checks the index and compares every value with its hash; what is bad is set aside and will be computed again
     Verify {
         #[command(flatten)]
         cache: CacheArg,
@@ -32,21 +32,25 @@ enum Action {
     Gc {
         #[command(flatten)]
         cache: CacheArg,
-        /// Shrink the cache to this size: 20GiB
-        #[arg(long, value_name = "SIZE", value_parser = bytes, required_unless_present = "max_age")]
+        /// Remove the results not used for longest until the values take at most this: 20GiB
+        #[arg(long, value_name = "SIZE", value_parser = bytes, required_unless_present_any = ["max_age", "keep_bakes"])]
         max_size: Option<u64>,
         /// Remove what was not used for so long: 30d
         #[arg(long, value_name = "AGE", value_parser = duration)]
         max_age: Option<Duration>,
+        /// Keep only the records of the last N bakes, over all pipelines, and what they need [default: all records, and what the last 20 need]
+        #[arg(long, value_name = "N")]
+        keep_bakes: Option<u64>,
     },
 }
 
 pub fn run(args: &Args) -> Done {
     match &args.action {
         Action::Stats { cache } => {
-            let s = cache::stats(&cache.folder())?;
+            let Some(s) = cache::stats(&cache.folder())? else { return none(cache) };
+            let read_only = s.read_only.map_or(String::new(), |why| format!("read only {why}\n"));
             print(&format!(
-                "cache    {}\nresults  {} runs, {} maps\nvalues   {}, {}\nin index {}, {}\nindex    {}\nbakes    {} on record\n",
+                "cache    {}\nresults  {} runs, {} maps\nvalues   {}, {}\nin index {}, {}\nindex    {}\nbakes    {} on record\n{read_only}",
                 cache.folder().display(),
                 s.runs,
                 s.maps,
@@ -59,26 +63,73 @@ pub fn run(args: &Args) -> Done {
             ))
         }
         Action::Verify { cache } => {
-            let v = cache::verify(&cache.folder(), &interrupt::stop()?)?;
+            let Some(v) = cache::verify(&cache.folder(), &interrupt::stop()?)? else { return none(cache) };
             for bad in &v.bad {
                 print(&format!("bad: {bad}\n"))?;
             }
-            if v.bad.is_empty() && v.dropped_records == 0 {
+            if v.is_clean() {
                 return print(&format!("clean: {} values, {}\n", v.values, show_bytes(v.bytes)));
             }
-            let found = format!("{} bad values set aside, {} records removed", v.bad.len(), v.dropped_records);
-            Err(Exit::say(1, format!("{found}; the next bake computes them again")))
-        }
-        Action::Gc { cache, max_size, max_age } => {
-            let limits = Limits { max_bytes: *max_size, max_age: *max_age };
-            let c = cache::gc(&cache.folder(), &limits)?;
-            print(&format!(
-                "removed {} runs and {} values ({}); {} remain\n",
-                c.runs,
-                c.values,
-                show_bytes(c.bytes),
-                show_bytes(c.left_bytes)
+            let (bad, records) = (count(v.bad.len() as u64, "bad value"), count(v.dropped_records, "bad record"));
+            Err(Exit::say(
+                1,
+                match v.read_only {
+                    Some(why) => format!("{bad}, {records}; they stay, because the cache cannot be written ({why})"),
+                    None => format!("{bad} set aside, {records} removed; the next bake computes them again"),
+                },
             ))
         }
+        Action::Gc { cache, max_size, max_age, keep_bakes } => {
+            let limits = Limits { max_bytes: *max_size, max_age: *max_age, keep_bakes: *keep_bakes };
+            let Some(c) = cache::gc(&cache.folder(), &limits)? else { return none(cache) };
+            print(&collected(&c, &limits))
+        }
+    }
+}
+
+fn none(cache: &CacheArg) -> Done {
+    print(&format!("{}: no cache yet; a bake makes it\n", cache.folder().display()))
+}
+
+fn count(n: u64, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
+/// What a sweep did, and why it did not do more.
+fn collected(c: &Collected, limits: &Limits) -> String {
+    let mut out = String::new();
+    if let Some(what) = &c.damaged {
+        out += &format!("the index was damaged ({what}) and set aside, and all results with it\n");
+    }
+    let (runs, values) = (count(c.runs, "result"), count(c.values, "value"));
+    out += &format!("removed {runs} and {values} ({}); {} remain\n", show_bytes(c.bytes), show_bytes(c.left_bytes));
+    if let Some(max) = limits.max_bytes.filter(|max| c.left_bytes > *max) {
+        let bakes = count(c.kept_bakes, "bake");
+        out += &format!(
+            "that is more than {}: the last {bakes} on record need {}",
+            show_bytes(max),
+            show_bytes(c.kept_bytes)
+        );
+        out += if c.living { ", and a bake is at work\n" } else { "\n" };
+        if c.kept_bakes > 0 {
+            out += "with `--keep-bakes 1` only the last one keeps its results, with `--keep-bakes 0` none; what is missing is \
+                    computed again when a bake needs it\n";
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sweep_that_cannot_reach_the_size_says_why() {
+        let limits = Limits { max_bytes: Some(1_000_000), ..Limits::default() };
+        let kept = Collected { left_bytes: 3 << 20, kept_bytes: 3 << 20, kept_bakes: 2, ..Collected::default() };
+        let text = collected(&kept, &limits);
+        assert!(text.contains("the last 2 bakes on record need 3.0 MiB") && text.contains("--keep-bakes 0"), "{text}");
+        let reached = Collected { left_bytes: 5, ..Collected::default() };
+        assert_eq!(collected(&reached, &limits).lines().count(), 1);
     }
 }

@@ -26,6 +26,8 @@ pub struct Attempt<'a> {
     pub jobs: usize,
     pub memory: u64,
     pub trust: Trust,
+    /// Whether the index is damaged and cannot be set aside in this bake: it counts as empty.
+    pub blank: bool,
     pub profile: Profile,
     pub warnings: usize,
 }
@@ -38,10 +40,11 @@ impl Attempt<'_> {
 
     pub fn run(&mut self) -> Result<Report, EngineError> {
         let (plan, options) = (self.plan, self.options);
-        let mut cache = Cache::open(&options.cache, !options.dry_run)?;
+        let mut cache =
+            if self.blank { Cache::blank(&options.cache)? } else { Cache::open(&options.cache, !options.dry_run)? };
         let folder = options.out.join(&plan.name);
         let folder_key = folder_key(&folder);
-        let previous = cache.bakes(&plan.name, &folder_key, 1)?.pop().unwrap_or_default();
+        let previous = cache.bakes(&plan.name, &folder_key, 1)?.records.pop().unwrap_or_default();
         let publishes = !options.dry_run && options.only.is_empty();
         if publishes {
             deliver::check_targets(plan, options, &previous, &mut cache)?;
@@ -109,6 +112,7 @@ impl Attempt<'_> {
             let trace = |n| schedule.trace(n).or_else(|| schedule.carried(n));
             baked.record.nodes = (0..plan.nodes.len()).filter_map(trace).collect();
         }
+        let audit = (options.audit > 0.0 && !options.dry_run).then_some(schedule.audit);
         let (errors, warnings): (Vec<Failure>, _) = (std::mem::take(&mut schedule.errors), schedule.warnings);
         drop(schedule);
         if !options.dry_run {
@@ -118,6 +122,9 @@ impl Attempt<'_> {
             }
             cache.flush()?;
         }
+        for text in std::mem::take(&mut cache.warnings) {
+            self.warn(&text);
+        }
         let mut report = Report {
             outcome,
             nodes,
@@ -125,6 +132,7 @@ impl Attempt<'_> {
             unmet: baked.unmet,
             warnings: warnings + self.warnings,
             published: baked.published,
+            audit,
             folder: baked.folder,
             accepted: baked.accepted,
             seconds: self.profile.seconds(),

@@ -9,7 +9,7 @@ use super::{
     plan::Plan,
     profile::Profile,
     publish::names,
-    schedule::{Pool, Trust},
+    schedule::{Audit, Pool, Trust},
 };
 use crate::math::Stop;
 use std::{
@@ -146,6 +146,8 @@ pub struct Report {
     pub warnings: usize,
     /// Files written in this bake, below `folder`.
     pub published: Vec<String>,
+    /// What came of [`Options::audit`]; `None` where none was asked for.
+    pub audit: Option<Audit>,
     /// `out/<pipeline>`, or its `rejected/` where a bound was missed.
     pub folder: PathBuf,
     /// Where a bound was missed: when the results were published that `out/<pipeline>` still holds.
@@ -185,20 +187,28 @@ pub fn bake(plan: &Plan, options: &Options, stop: &Stop, events: &dyn Events) ->
         jobs: threads,
         memory: if options.memory == 0 { machine_memory() / 4 * 3 } else { options.memory },
         trust: Trust::Nodes,
+        blank: false,
         profile: Profile::new(options.profile.is_some()),
         warnings: 0,
     };
     events.event(&Event::Started { nodes: attempt.wanted.iter().filter(|w| **w).count() });
-    let mut left = ATTEMPTS;
+    let (mut again, mut damaged) = (0, 0);
     let report = loop {
-        left -= 1;
         match attempt.run() {
-            Err(EngineError::Damaged { what, .. }) if left > 0 && !options.dry_run => {
-                cache::set_index_aside(&options.cache)?;
+            Err(EngineError::Damaged { what, .. }) if options.dry_run && !attempt.blank => {
+                let text = format!("the cache's index is damaged ({what}); the next bake sets it aside");
+                attempt.warn(&text);
+                attempt.blank = true;
+            }
+            Err(EngineError::Damaged { what, .. }) if damaged < ATTEMPTS => {
+                damaged += 1;
+                // Another process may have set it aside. What is met again is there, though the check does not see it.
+                cache::set_index_aside(&options.cache, damaged > 1)?;
                 let text = format!("the cache's index is damaged ({what}); it is set aside and the bake begins again");
                 attempt.warn(&text);
             }
-            Err(EngineError::Again(what)) if left > 0 => {
+            Err(EngineError::Again(what)) if again < ATTEMPTS => {
+                again += 1;
                 attempt.warn(&format!("{what}; the bake begins again, with what is finished"));
                 attempt.trust = Trust::Runs;
             }
@@ -209,13 +219,16 @@ pub fn bake(plan: &Plan, options: &Options, stop: &Stop, events: &dyn Events) ->
         let fail = |e| EngineError::File { path: path.clone(), what: format!("the profile cannot be written: {e}") };
         attempt.profile.write(path).map_err(fail)?;
     }
+    if let Some(audit) = &report.audit {
+        events.event(&Event::Audited { audit });
+    }
     let (hits, runs) = (report.hits(), report.runs());
     events.event(&Event::Finished { outcome: report.outcome, hits, runs, seconds: report.seconds });
     Ok(report)
 }
 
-/// How often a bake begins anew before it gives up.
-const ATTEMPTS: u32 = 4;
+/// How often a bake begins anew, for each of two reasons, before it gives up.
+const ATTEMPTS: u32 = 3;
 
 /// The nodes that `names` name: each a node, or a part whose nodes are `name/…`.
 fn named(plan: &Plan, names: &[String]) -> Result<Vec<usize>, EngineError> {

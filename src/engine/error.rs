@@ -6,8 +6,11 @@ use std::path::{Path, PathBuf};
 pub enum EngineError {
     #[error("cache {path}: {what}")]
     Cache { path: PathBuf, what: String },
+    /// The folder holds something else, so nothing is written to it and nothing in it is deleted.
+    #[error("cache {path}: {what}")]
+    NotACache { path: PathBuf, what: String },
     /// The index is no sound SQLite file. The bake sets it aside and starts again.
-    #[error("cache {path}: the index is damaged: {what}")]
+    #[error("cache {path}: the index is damaged ({what}); the next bake or `farfield cache verify` sets it aside")]
     Damaged { path: PathBuf, what: String },
     #[error("no node `{name}` in this pipeline{}", near.as_ref().map(|n| format!("; did you mean `{n}`?")).unwrap_or_default())]
     UnknownNode { name: String, near: Option<String> },
@@ -23,10 +26,10 @@ pub enum EngineError {
 }
 
 impl EngineError {
-    /// 2 for a wrong argument, 130 for an interruption, else 1.
+    /// 2 for a wrong argument (a node, the cache's folder), 130 for an interruption, else 1.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::UnknownNode { .. } => 2,
+            Self::UnknownNode { .. } | Self::NotACache { .. } => 2,
             Self::Interrupted => 130,
             _ => 1,
         }

@@ -1,6 +1,6 @@
 //! What a bake tells while it works. How it is shown is the command line's matter.
 
-use super::bake::Outcome;
+use super::{bake::Outcome, schedule::Audit};
 
 /// Something that the user may want to see.
 #[derive(Clone, Debug)]
@@ -57,6 +57,10 @@ pub enum Event<'a> {
     NotMet {
         node: &'a str,
         text: &'a str,
+    },
+    /// What an audit found; before the end of the bake.
+    Audited {
+        audit: &'a Audit,
     },
     /// The bake is over.
     Finished {

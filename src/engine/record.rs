@@ -3,7 +3,7 @@
 use super::{
     hash::Digest,
     value::{PortOut, ValueRef},
-    wire::{Reader, Writer},
+    wire::{Place, Reader, Writer},
 };
 
 /// A file that a run read through the door, by its path relative to the root file's folder.
@@ -148,7 +148,8 @@ fn pairs(r: &mut Reader) -> Option<Vec<(String, String)>> {
 }
 
 impl RunRecord {
-    pub fn to_bytes(&self) -> Vec<u8> {
+    /// The bytes of the record under `key`.
+    pub fn to_bytes(&self, key: &Digest) -> Vec<u8> {
         let mut w = Writer::default();
         w.digest(&self.fixed);
         w.list(&self.inputs, Writer::digest);
@@ -159,11 +160,12 @@ impl RunRecord {
             w.str(&f.path);
             w.option(&f.hash, Writer::digest);
         });
-        w.finish()
+        w.seal(&Place::Run { key, variant: &self.variant() })
     }
 
-    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
-        let r = &mut Reader::open(bytes)?;
+    /// `None` unless these are the bytes of the record under `key` and `variant`.
+    pub fn from_bytes(bytes: &[u8], key: &Digest, variant: &Digest) -> Option<Self> {
+        let r = &mut Reader::open(bytes, &Place::Run { key, variant })?;
         Some(Self {
             fixed: r.digest()?,
             inputs: r.list(Reader::digest)?,
@@ -184,12 +186,13 @@ impl RunRecord {
             w.str(&f.path);
             w.option(&f.hash, Writer::digest);
         });
-        Digest::of(&w.finish())
+        w.digest_of()
     }
 }
 
 impl MapRecord {
-    pub fn to_bytes(&self) -> Vec<u8> {
+    /// The bytes of the record under `key`.
+    pub fn to_bytes(&self, key: &Digest) -> Vec<u8> {
         let mut w = Writer::default();
         w.digest(&self.fixed);
         w.list(&self.inputs, Writer::digest);
@@ -199,18 +202,20 @@ impl MapRecord {
             w.list(&row.outputs, put_out);
         });
         put_pairs(&mut w, &self.warnings);
-        w.finish()
+        w.seal(&Place::Map { key })
     }
 
-    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
-        let r = &mut Reader::open(bytes)?;
+    /// `None` unless these are the bytes of the record under `key`.
+    pub fn from_bytes(bytes: &[u8], key: &Digest) -> Option<Self> {
+        let r = &mut Reader::open(bytes, &Place::Map { key })?;
         let row = |r: &mut Reader| Some(MapRow { name: r.str()?.to_owned(), key: r.digest()?, outputs: r.list(out)? });
         Some(Self { fixed: r.digest()?, inputs: r.list(Reader::digest)?, rows: r.list(row)?, warnings: pairs(r)? })
     }
 }
 
 impl BakeRecord {
-    pub fn to_bytes(&self) -> Vec<u8> {
+    /// The bytes of the record number `id` of `pipeline` into `folder`.
+    pub fn to_bytes(&self, id: i64, pipeline: &str, folder: &str) -> Vec<u8> {
         let mut w = Writer::default();
         w.i64(self.at);
         w.list(&self.nodes, |w, n| {
@@ -238,11 +243,12 @@ impl BakeRecord {
             w.str(&m.path);
             w.option(&m.number, |w, v| w.f64(*v));
         });
-        w.finish()
+        w.seal(&Place::Bake { id, pipeline, folder })
     }
 
-    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
-        let r = &mut Reader::open(bytes)?;
+    /// `None` unless these are the bytes of the record number `id` of `pipeline` into `folder`.
+    pub fn from_bytes(bytes: &[u8], id: i64, pipeline: &str, folder: &str) -> Option<Self> {
+        let r = &mut Reader::open(bytes, &Place::Bake { id, pipeline, folder })?;
         let node = |r: &mut Reader| {
             Some(NodeTrace {
                 name: r.str()?.to_owned(),

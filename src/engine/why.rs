@@ -4,7 +4,7 @@
 use super::{
     attempt::folder_key,
     bake::{Options, unknown},
-    cache::{Cache, Fields},
+    cache::{BakesOnRecord, Cache, Fields},
     error::EngineError,
     hash::Digest,
     key::source_params,
@@ -27,10 +27,10 @@ pub fn why(plan: &Plan, options: &Options, what: &str) -> Result<String, EngineE
     let found = exact.or_else(|| all.iter().filter(inside).max_by_key(|n| plan.nodes[**n].name.len()).copied());
     let n = found.ok_or_else(|| unknown(plan, what))?;
     let element = (exact.is_none()).then(|| &what[plan.nodes[n].name.len() + 1..]);
-    let cache = Cache::open(&options.cache, false)?;
+    let mut cache = Cache::open(&options.cache, false)?;
     let folder = folder_key(&options.out.join(&plan.name));
-    let bakes = cache.bakes(&plan.name, &folder, i64::MAX)?;
-    Teller { plan, cache, bakes }.tell(n, element)
+    let BakesOnRecord { records: bakes, forgotten } = cache.bakes(&plan.name, &folder, usize::MAX)?;
+    Teller { plan, cache, bakes, forgotten }.tell(n, element)
 }
 
 struct Teller<'a> {
@@ -38,6 +38,8 @@ struct Teller<'a> {
     cache: Cache,
     /// Newest first.
     bakes: Vec<BakeRecord>,
+    /// Whether older records were dropped.
+    forgotten: bool,
 }
 
 /// What a run's key was made of.
@@ -52,14 +54,15 @@ impl Teller<'_> {
         let name = &self.plan.nodes[n].name;
         let whole = element.map_or_else(|| name.clone(), |e| format!("{name}/{e}"));
         let Some(last) = self.bakes.first() else {
-            return Ok(format!("{whole}: no bake of this pipeline into this folder is on record"));
+            let older = if self.forgotten { "; only the last bakes are kept" } else { "" };
+            return Ok(format!("{whole}: no bake of this pipeline into this folder is on record{older}"));
         };
         if last.node(name).is_none() {
             return Ok(format!("{whole} has not come to its end in the last bake"));
         }
         let at = self.bakes.iter().position(|b| b.node(name).is_some_and(|t| t.ran > 0));
         let Some(at) = at else {
-            return Ok(format!("{whole} was a hit in every bake on record"));
+            return Ok(format!("{whole} was a hit in every bake on record{}", self.reach()));
         };
         let mut text = match element {
             Some(element) => self.chain_of_element(n, element, at)?,
@@ -69,6 +72,16 @@ impl Teller<'_> {
             text = format!("{whole} was a hit in the last bake ({at} on record since it ran): {text}");
         }
         Ok(text)
+    }
+
+    /// How far the records reach, where there were older ones.
+    fn reach(&self) -> String {
+        match self.bakes.len() {
+            n if self.forgotten => {
+                format!(" (older records were dropped; these are the last {n} bakes that changed something)")
+            }
+            _ => String::new(),
+        }
     }
 
     /// The trace of node `n` in bake `at`, and in the last one before that came to it.
@@ -93,14 +106,16 @@ impl Teller<'_> {
             return Ok(format!("{head}: {}", now.note));
         }
         let Some(before) = before else {
-            return Ok(format!("{head}: no earlier bake of it is on record"));
+            return Ok(format!("{head}: no earlier bake of it is on record{}", self.reach()));
         };
         if now.key == before.key && now.variant == before.variant {
             return Ok(format!("{head}: its result was no longer in the cache"));
         }
         let (made, old) = (self.made(&now)?, self.made(&before)?);
         let (Some(made), Some(old)) = (made, old) else {
-            return Ok(format!("{head}: its key changed, but the cache no longer holds what it was made of"));
+            return Ok(format!(
+                "{head}: its key changed, but the cache no longer holds what it was made of (a sweep removed it)"
+            ));
         };
         self.compare(n, at, depth, head, &made, &old)
     }
@@ -120,7 +135,8 @@ impl Teller<'_> {
             None => None,
         };
         let Some(old) = old else {
-            return Ok(format!("{head} ran: the element is new, or no earlier bake of it is on record"));
+            let reach = self.reach();
+            return Ok(format!("{head} ran: the element is new, or no earlier bake of it is on record{reach}"));
         };
         if old.key == row_now.key {
             return Ok(match now.note.as_str() {
@@ -132,7 +148,9 @@ impl Teller<'_> {
         let made = self.cache.runs(&row_now.key)?.pop().map(|(_, r)| of_run(r));
         let old = self.cache.runs(&old.key)?.pop().map(|(_, r)| of_run(r));
         let (Some(made), Some(old)) = (made, old) else {
-            return Ok(format!("{head}: its key changed, but the cache no longer holds what it was made of"));
+            return Ok(format!(
+                "{head}: its key changed, but the cache no longer holds what it was made of (a sweep removed it)"
+            ));
         };
         self.compare(n, at, 0, head, &made, &old)
     }

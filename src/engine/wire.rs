@@ -1,10 +1,63 @@
 //! The bytes of the engine's own records: little-endian, each record closed by a checksum, because SQLite has none and
-//! a flipped bit must read as a miss, never as another result.
+//! a flipped bit must read as a miss, never as another result. The checksum covers where the record lies, too: a
+//! damaged index may lead from one key to the row of another.
 
 use super::hash::Digest;
 
 /// Length of the checksum at a record's end.
-const SUM: usize = 8;
+const SUM: usize = 16;
+
+/// Where a record lies: its table, and the columns that it is found by. The key of a run or of a map is itself a hash of
+/// its node's kind and version.
+#[derive(Clone, Copy, Debug)]
+pub enum Place<'a> {
+    /// `variant`: the hash of the files that the run read.
+    Run {
+        key: &'a Digest,
+        variant: &'a Digest,
+    },
+    Map {
+        key: &'a Digest,
+    },
+    /// The fixed part of keys.
+    Fixed {
+        hash: &'a Digest,
+    },
+    /// A file of the outside world.
+    File {
+        path: &'a str,
+    },
+    Bake {
+        id: i64,
+        pipeline: &'a str,
+        folder: &'a str,
+    },
+}
+
+impl Place<'_> {
+    /// The checksum of a record with these bytes at this place.
+    fn sum(&self, body: &[u8]) -> [u8; SUM] {
+        let mut h = blake3::Hasher::new();
+        let mut part = |bytes: &[u8]| {
+            h.update(&(bytes.len() as u64).to_le_bytes());
+            h.update(bytes);
+        };
+        match self {
+            Self::Run { key, variant } => [b"run", &key.0[..], &variant.0].into_iter().for_each(&mut part),
+            Self::Map { key } => [b"map", &key.0[..]].into_iter().for_each(&mut part),
+            Self::Fixed { hash } => [b"fixed", &hash.0[..]].into_iter().for_each(&mut part),
+            Self::File { path } => [b"file", path.as_bytes()].into_iter().for_each(&mut part),
+            Self::Bake { id, pipeline, folder } => {
+                let id = id.to_le_bytes();
+                [b"bake", &id[..], pipeline.as_bytes(), folder.as_bytes()].into_iter().for_each(&mut part);
+            }
+        }
+        part(body);
+        let mut sum = [0; SUM];
+        sum.copy_from_slice(&h.finalize().as_bytes()[..SUM]);
+        sum
+    }
+}
 
 #[derive(Default)]
 pub struct Writer(Vec<u8>);
@@ -45,10 +98,15 @@ impl Writer {
             item(self, v);
         }
     }
-    pub fn finish(mut self) -> Vec<u8> {
-        let sum = blake3::hash(&self.0);
-        self.0.extend(&sum.as_bytes()[..SUM]);
+    /// The record, closed by the checksum for its place.
+    pub fn seal(mut self, place: &Place) -> Vec<u8> {
+        let sum = place.sum(&self.0);
+        self.0.extend(sum);
         self.0
+    }
+    /// The hash of what was written.
+    pub fn digest_of(&self) -> Digest {
+        Digest::of(&self.0)
     }
 }
 
@@ -56,10 +114,10 @@ impl Writer {
 pub struct Reader<'a>(&'a [u8]);
 
 impl<'a> Reader<'a> {
-    /// Checks the checksum.
-    pub fn open(bytes: &'a [u8]) -> Option<Self> {
+    /// Checks that these are the bytes that were sealed for this place.
+    pub fn open(bytes: &'a [u8], place: &Place) -> Option<Self> {
         let (body, sum) = bytes.split_at_checked(bytes.len().checked_sub(SUM)?)?;
-        (blake3::hash(body).as_bytes()[..SUM] == *sum).then_some(Self(body))
+        (place.sum(body) == *sum).then_some(Self(body))
     }
     fn take(&mut self, n: usize) -> Option<&'a [u8]> {
         let (head, tail) = self.0.split_at_checked(n)?;
@@ -110,6 +168,32 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    const PLACE: Place = Place::File { path: "a" };
+
+    #[test]
+    fn a_record_is_sound_only_where_it_was_written() {
+        let (a, b) = (Digest([1; 32]), Digest([2; 32]));
+        let places = [
+            Place::Run { key: &a, variant: &b },
+            Place::Run { key: &b, variant: &b },
+            Place::Run { key: &a, variant: &a },
+            Place::Map { key: &a },
+            Place::Map { key: &b },
+            Place::Fixed { hash: &a },
+            Place::File { path: "a" },
+            Place::File { path: "ab" },
+            Place::Bake { id: 1, pipeline: "a", folder: "bc" },
+            Place::Bake { id: 1, pipeline: "ab", folder: "c" },
+            Place::Bake { id: 2, pipeline: "a", folder: "bc" },
+        ];
+        for (i, place) in places.iter().enumerate() {
+            let bytes = Writer::default().seal(place);
+            for (j, other) in places.iter().enumerate() {
+                assert_eq!(Reader::open(&bytes, other).is_some(), i == j, "{place:?} {other:?}");
+            }
+        }
+    }
+
     proptest! {
         #[test]
         fn what_is_written_is_read(a: u64, s in ".{0,40}", v in proptest::collection::vec(any::<u32>(), 0..20)) {
@@ -118,8 +202,8 @@ mod tests {
             w.str(&s);
             w.list(&v, |w, v| w.u32(*v));
             w.option(&Some(a), |w, v| w.u64(*v));
-            let bytes = w.finish();
-            let mut r = Reader::open(&bytes).unwrap();
+            let bytes = w.seal(&PLACE);
+            let mut r = Reader::open(&bytes, &PLACE).unwrap();
             prop_assert_eq!((r.u64(), r.str()), (Some(a), Some(s.as_str())));
             prop_assert_eq!(r.list(Reader::u32), Some(v));
             prop_assert_eq!(r.option(Reader::u64), Some(Some(a)));
@@ -129,10 +213,10 @@ mod tests {
         fn a_flipped_bit_is_noticed(v in proptest::collection::vec(any::<u32>(), 0..20), at: usize, bit in 0..8u32) {
             let mut w = Writer::default();
             w.list(&v, |w, v| w.u32(*v));
-            let mut bytes = w.finish();
+            let mut bytes = w.seal(&PLACE);
             let n = bytes.len();
             bytes[at % n] ^= 1u8 << bit;
-            prop_assert!(Reader::open(&bytes).is_none());
+            prop_assert!(Reader::open(&bytes, &PLACE).is_none());
         }
     }
 }

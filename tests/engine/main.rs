@@ -1,13 +1,16 @@
 //! The engine on trivial kinds.
 
 mod damage;
+mod folders;
 mod kills;
 mod publish;
+mod readonly;
 mod support;
 
 use farfield::{
     engine::{
         bake::{Options, Outcome, Report, bake},
+        cache,
         events::Silent,
         plan::Plan,
         why::why,
@@ -37,6 +40,13 @@ impl Bench {
         let mut options = self.options();
         change(&mut options);
         bake(plan, &options, &Stop::default(), &Silent).expect("works")
+    }
+    /// What `verify` finds in the cache that is there.
+    fn verify(&self) -> cache::Verified {
+        cache::verify(&self.path("cache"), &Stop::default()).expect("works").expect("a cache")
+    }
+    fn gc(&self, limits: &cache::Limits) -> cache::Collected {
+        cache::gc(&self.path("cache"), limits).expect("works").expect("a cache")
     }
     fn file(&self, name: &str) -> String {
         fs::read_to_string(self.path("out/test").join(name)).expect("works")

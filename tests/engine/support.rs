@@ -138,6 +138,11 @@ kinds! {
         |_, i, ctx| Ok(num(i.value.0 + ctx.element.map_or(0, |n| n.len() as i64)));
     Warner "warner" () in One out One =>
         |_, i, ctx| { (ctx.warn)(format!("saw {}", i.value.0)); Ok(num(i.value.0)) };
+    Restless "restless" () in Nothing out One =>
+        |_, _, _| {
+            static COUNT: std::sync::atomic::AtomicI64 = std::sync::atomic::AtomicI64::new(0);
+            Ok(num(COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed)))
+        };
     Greedy "greedy" () in One out One => |_, i, _| Ok(num(i.value.0));
     Slow "slow" (ms: u64) in One out One =>
         |(ms,), i, ctx| {

@@ -39,6 +39,10 @@ fn value(event: &Event) -> Value {
         }
         Event::Published { path, bytes } => json!({ "event": "published", "path": path, "bytes": bytes }),
         Event::NotMet { node, text } => json!({ "event": "not-met", "node": node, "text": text }),
+        Event::Audited { audit } => json!({
+            "event": "audited", "runs": audit.runs, "different_runs": audit.different_runs, "bytes": audit.bytes,
+            "different_bytes": audit.different_bytes
+        }),
         Event::Finished { outcome, hits, runs, seconds } => json!({
             "event": "finished", "outcome": outcome_name(outcome), "hits": hits, "runs": runs, "seconds": seconds
         }),

@@ -2,7 +2,10 @@
 
 use crate::{
     cli::quantity::{show_bytes, show_seconds},
-    engine::events::{Event, Events},
+    engine::{
+        events::{Event, Events},
+        schedule::Audit,
+    },
 };
 
 pub struct Plain;
@@ -24,6 +27,18 @@ fn place(node: Option<&str>, element: Option<&str>) -> String {
     }
 }
 
+/// The result of an audit.
+fn audited(audit: &Audit) -> String {
+    let Audit { runs, different_runs, bytes, different_bytes } = *audit;
+    match (runs, different_runs) {
+        (0, _) => "audit: no hit was computed again".to_owned(),
+        (_, 0) => format!("audit: {runs} hits computed again, all {} are the same", show_bytes(bytes)),
+        _ => format!(
+            "audit: {runs} hits computed again, {different_runs} of them gave other bytes; {different_bytes} of {bytes} bytes differ"
+        ),
+    }
+}
+
 /// The event as a line; hits and steps on the way are not worth one.
 pub fn line(event: &Event) -> Option<String> {
     match *event {
@@ -39,6 +54,7 @@ pub fn line(event: &Event) -> Option<String> {
         Event::Warning { node, element, text } => Some(format!("warning: {}{text}", place(node, element))),
         Event::Waiting { what, holder } => Some(format!("waiting for {what}, which {holder} holds")),
         Event::Failed { node, element, error } => Some(format!("error: {}{error}", place(Some(node), element))),
+        Event::Audited { audit } => Some(audited(audit)),
         Event::Published { path, bytes } => Some(format!("wrote {path}, {}", show_bytes(bytes))),
         _ => None,
     }

@@ -2,12 +2,14 @@
 //! under its final name it is whole or absent. Nothing is synced, because every read verifies (once per process) and a
 //! loss costs one recomputation.
 
-use crate::{array::Bytes, engine::hash::Digest};
+use crate::{
+    array::Bytes,
+    engine::{hash::Digest, temporary},
+};
 use std::{
     fs, io,
     io::Write,
     path::{Path, PathBuf},
-    sync::atomic::{AtomicU64, Ordering},
 };
 
 /// Values up to this many bytes lie in the index.
@@ -15,13 +17,10 @@ pub const INLINE: usize = 16 << 10;
 /// Files from this many bytes on are mapped; smaller ones are read, since maps are few per process.
 const MAP: u64 = 1 << 20;
 
-/// Why a stored value cannot be used.
+/// Why a stored value cannot be used: it is absent, cannot be read, or is not the bytes that its name says. All of these
+/// are mended by making it again.
 #[derive(Debug)]
-pub enum BlobError {
-    /// Absent, or not the bytes that its name says.
-    Bad(String),
-    Io(io::Error),
-}
+pub struct Bad(pub String);
 
 /// The folder of value files. Cheap to share with tasks; holds no lock.
 #[derive(Clone, Debug)]
@@ -41,9 +40,7 @@ impl Blobs {
 
     /// Where files grow before they are whole.
     pub fn temporary(&self) -> PathBuf {
-        static COUNT: AtomicU64 = AtomicU64::new(0);
-        let n = COUNT.fetch_add(1, Ordering::Relaxed);
-        self.root.join("tmp").join(format!("{}-{n}", std::process::id()))
+        self.root.join("tmp").join(temporary::name())
     }
 
     /// Stores `bytes`, whose hash is `hash`. Afterwards the file is sound: one that was there is read, since the
@@ -56,6 +53,9 @@ impl Blobs {
                 let _ = file.set_modified(std::time::SystemTime::now());
             }
             return Ok(());
+        }
+        if fs::symlink_metadata(&path).is_ok_and(|meta| !meta.is_file()) {
+            self.set_aside(hash);
         }
         let temporary = self.temporary();
         let write = || {
@@ -80,60 +80,82 @@ impl Blobs {
     }
 
     /// The value's bytes, from a map where they are many.
-    pub fn get(&self, hash: &Digest, verified: bool) -> Result<Bytes, BlobError> {
-        let absent = |e: io::Error| match e.kind() {
-            io::ErrorKind::NotFound => BlobError::Bad("its file is missing".to_owned()),
-            _ => BlobError::Io(e),
-        };
-        let file = fs::File::open(self.path(hash)).map_err(absent)?;
-        let bytes: Bytes = if file.metadata().map_err(BlobError::Io)?.len() >= MAP {
-            std::sync::Arc::new(map(&file).map_err(BlobError::Io)?)
-        } else {
+    pub fn get(&self, hash: &Digest, verified: bool) -> Result<Bytes, Bad> {
+        let read = || -> io::Result<Option<Bytes>> {
+            let path = self.path(hash);
+            // A pipe or a device would block or never end; a link may lead to one.
+            if !fs::symlink_metadata(&path)?.is_file() {
+                return Ok(None);
+            }
+            let file = fs::File::open(path)?;
+            if file.metadata()?.len() >= MAP {
+                return Ok(Some(std::sync::Arc::new(map(&file)?)));
+            }
             let mut all = Vec::new();
-            io::Read::read_to_end(&mut &file, &mut all).map_err(BlobError::Io)?;
-            std::sync::Arc::new(all)
+            io::Read::read_to_end(&mut &file, &mut all)?;
+            Ok(Some(std::sync::Arc::new(all)))
+        };
+        let bytes = match read() {
+            Ok(Some(bytes)) => bytes,
+            Ok(None) => return Err(Bad("it is no plain file".to_owned())),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Err(Bad("its file is missing".to_owned())),
+            Err(e) => return Err(Bad(format!("its file cannot be read: {e}"))),
         };
         if !verified && Digest::of((*bytes).as_ref()) != *hash {
-            return Err(BlobError::Bad("its bytes are not what its hash says".to_owned()));
+            return Err(Bad("its bytes are not what its hash says".to_owned()));
         }
         Ok(bytes)
     }
 
-    /// Moves a bad value out of the way, so that its producer can store a good one.
-    pub fn set_aside(&self, hash: &Digest) -> io::Result<()> {
-        let aside = self.root.join("bad");
-        fs::create_dir_all(&aside)?;
-        match fs::rename(self.path(hash), aside.join(hash.hex())) {
-            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
-            other => other,
+    /// Moves a bad value out of the way, so that its producer can store a good one. Where that cannot be done it stays,
+    /// and a good one replaces it.
+    pub fn set_aside(&self, hash: &Digest) {
+        let (from, aside) = (self.path(hash), self.root.join("bad"));
+        let _ = fs::create_dir_all(&aside);
+        let moved = fs::rename(&from, aside.join(hash.hex()));
+        if moved.is_err_and(|e| e.kind() != io::ErrorKind::NotFound) {
+            let _ = fs::rename(&from, aside.join(format!("{}.{}", hash.hex(), temporary::random())));
         }
     }
 
-    /// Every value file with its size and time of last use; what is no value file is passed over.
+    /// Whether a file in `bad` has a name that [`Self::set_aside`] gives.
+    pub fn is_aside(file_name: &str) -> bool {
+        let (hash, rest) = file_name.split_at_checked(64).unwrap_or((file_name, ""));
+        is_hash(hash) && (rest.is_empty() || rest.strip_prefix('.').is_some_and(temporary::is_random))
+    }
+
+    /// Every value file with its size and time of last use. What is no plain file, or has no name of a value, is passed
+    /// over; no link is followed.
     pub fn each(&self, mut f: impl FnMut(Digest, &fs::Metadata, &Path) -> io::Result<()>) -> io::Result<()> {
-        let folders = match fs::read_dir(self.root.join("values")) {
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
-            other => other?,
-        };
-        for folder in folders {
-            let folder = folder?.path();
-            if !folder.is_dir() {
+        let root = self.root.join("values");
+        if !fs::symlink_metadata(&root).is_ok_and(|meta| meta.is_dir()) {
+            return Ok(());
+        }
+        for folder in fs::read_dir(root)? {
+            let folder = folder?;
+            if !folder.file_type()?.is_dir() {
                 continue;
             }
-            for entry in fs::read_dir(folder)? {
+            for entry in fs::read_dir(folder.path())? {
                 let entry = entry?;
                 let name = entry.file_name();
-                if let Some(hash) = name.to_str().and_then(Digest::from_hex) {
-                    match entry.metadata() {
-                        Ok(meta) => f(hash, &meta, &entry.path())?,
-                        Err(e) if e.kind() == io::ErrorKind::NotFound => {}
-                        Err(e) => return Err(e),
-                    }
+                let Some(name) = name.to_str().filter(|n| is_hash(n) && folder.file_name() == n[..2]) else { continue };
+                let Some(hash) = Digest::from_hex(name) else { continue };
+                match entry.metadata() {
+                    Ok(meta) if meta.is_file() => f(hash, &meta, &entry.path())?,
+                    Ok(_) => {}
+                    Err(e) if e.kind() == io::ErrorKind::NotFound => {}
+                    Err(e) => return Err(e),
                 }
             }
         }
         Ok(())
     }
+}
+
+/// Whether `text` is a hash as files are named by it.
+fn is_hash(text: &str) -> bool {
+    text.len() == 64 && text.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'))
 }
 
 #[expect(unsafe_code, reason = "value files are read-only and replaced by rename, never written in place")]

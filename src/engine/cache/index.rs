@@ -1,117 +1,342 @@
 //! The index: SQLite, shared between processes. It is never synced to the disk, because losing it costs recomputation
-//! and every record in it carries a checksum.
+//! and every record in it carries a checksum. Where the cache cannot be written, the index is only read.
 
-use super::lock::Lock;
+use super::{folder, lock::Lock};
 use crate::engine::error::EngineError;
-use rusqlite::{Connection, ErrorCode, OpenFlags, config::DbConfig};
+use rusqlite::{Connection, ErrorCode, MAIN_DB, OpenFlags, config::DbConfig, ffi};
 use std::{
     fs, io,
     path::{Path, PathBuf},
     time::Duration,
 };
 
-/// Its number is that of the tables' layout: another layout is another file.
-const FILE: &str = "index-2.sqlite";
+/// The number is that of the tables' and records' layout: another layout is another file.
+const LAYOUT: u32 = 3;
+const FILE: &str = "index-3.sqlite";
+/// Stands in the file once its tables are made.
+const MADE: i64 = 1;
 
 /// Tables whose rows may be large have a rowid: without one a search compares whole rows, and a list of 100,000 outputs
-/// on its path is read each time.
-const TABLES: &str = "
-CREATE TABLE IF NOT EXISTS run(key BLOB, variant BLOB, record BLOB, used INTEGER, PRIMARY KEY(key, variant));
-CREATE TABLE IF NOT EXISTS map(key BLOB PRIMARY KEY, record BLOB, used INTEGER);
-CREATE TABLE IF NOT EXISTS value(hash BLOB PRIMARY KEY, size INTEGER, data BLOB);
-CREATE TABLE IF NOT EXISTS fixed(hash BLOB PRIMARY KEY, fields BLOB) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS file(path TEXT PRIMARY KEY, stamp BLOB, hash BLOB, at INTEGER) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS bake(id INTEGER PRIMARY KEY AUTOINCREMENT, pipeline TEXT, folder TEXT, record BLOB);
-PRAGMA user_version = 1;
-";
+/// on its path is read each time. Compared with what the file says, byte by byte.
+const TABLES: [&str; 6] = [
+    "CREATE TABLE run(key BLOB, variant BLOB, record BLOB, used INTEGER, PRIMARY KEY(key, variant))",
+    "CREATE TABLE map(key BLOB PRIMARY KEY, record BLOB, used INTEGER)",
+    "CREATE TABLE value(hash BLOB PRIMARY KEY, size INTEGER, data BLOB)",
+    "CREATE TABLE fixed(hash BLOB PRIMARY KEY, fields BLOB) WITHOUT ROWID",
+    "CREATE TABLE file(path TEXT PRIMARY KEY, record BLOB, at INTEGER) WITHOUT ROWID",
+    "CREATE TABLE bake(id INTEGER PRIMARY KEY, pipeline TEXT, folder TEXT, record BLOB)",
+];
+const NAMES: &str = "bake,file,fixed,map,run,value";
 
 pub fn path(cache: &Path) -> PathBuf {
     cache.join(FILE)
 }
 
-/// An SQLite error as the engine's: damage is told apart, because the engine can help itself.
-pub fn error(cache: &Path, e: &rusqlite::Error) -> EngineError {
-    match e.sqlite_error_code() {
-        Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => {
-            EngineError::Damaged { path: cache.to_owned(), what: e.to_string() }
-        }
-        Some(ErrorCode::DiskFull) => EngineError::cache(cache, "the disk is full"),
-        Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen | ErrorCode::PermissionDenied) => {
-            EngineError::cache(cache, format!("cannot be written ({e}); name another folder with --cache"))
-        }
-        _ => EngineError::cache(cache, e),
+/// The layout number of a file of an index, this one's, an older one's, or one that was set aside.
+fn layout_of(file_name: &str) -> Option<(u32, &str)> {
+    let (number, rest) = file_name.strip_prefix("index-")?.split_once(".sqlite")?;
+    let known = ["", "-wal", "-shm", "-journal", ".damaged", ".damaged-wal", ".damaged-shm"].contains(&rest);
+    (known && number.len() < 4).then_some(())?;
+    Some((number.parse().ok()?, rest))
+}
+
+/// Whether a cache's folder may hold a file of this name, the index and what belongs to it.
+pub fn is_file_name(name: &str) -> bool {
+    layout_of(name).is_some() || name == "index.lock"
+}
+
+/// Whether a file of this name is of no use any more: an index that was set aside, or one of an older layout.
+pub fn is_leftover(name: &str) -> bool {
+    layout_of(name).is_some_and(|(layout, rest)| layout < LAYOUT || rest.starts_with(".damaged"))
+}
+
+/// An open index.
+pub struct Index {
+    db: Connection,
+    path: Option<(PathBuf, Identity)>,
+    /// Why it can only be read.
+    pub read_only: Option<String>,
+}
+
+impl std::ops::Deref for Index {
+    type Target = Connection;
+    fn deref(&self) -> &Connection {
+        &self.db
     }
 }
 
-/// Opens the index, making the cache's folders and tables where they are missing.
-pub fn open(cache: &Path) -> Result<Connection, EngineError> {
-    let folder = |e: io::Error| {
-        EngineError::cache(cache, format!("cannot be made or written ({e}); name another folder with --cache"))
-    };
-    if !cache.join("claims").is_dir() {
-        for name in ["values", "tmp", "locks", "claims"] {
-            fs::create_dir_all(cache.join(name)).map_err(folder)?;
+impl std::ops::DerefMut for Index {
+    fn deref_mut(&mut self) -> &mut Connection {
+        &mut self.db
+    }
+}
+
+impl Drop for Index {
+    fn drop(&mut self) {
+        // SQLite removes the log by its name when the last connection closes. Where the file was set aside meanwhile,
+        // the log of that name is another index's.
+        if let Some((path, identity)) = &self.path
+            && Identity::of(path) != *identity
+        {
+            let _ = self.db.set_db_config(DbConfig::SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, true);
         }
     }
-    let sql = |e: rusqlite::Error| error(cache, &e);
+}
+
+/// Which file lies at a path.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Identity(Option<(u64, u64)>);
+
+impl Identity {
+    #[cfg(unix)]
+    fn of(path: &Path) -> Self {
+        use std::os::unix::fs::MetadataExt as _;
+        Self(fs::metadata(path).ok().map(|meta| (meta.dev(), meta.ino())))
+    }
+
+    #[cfg(not(unix))]
+    fn of(path: &Path) -> Self {
+        let created = fs::metadata(path).and_then(|meta| meta.created()).ok();
+        Self(created.map(|at| (super::nanoseconds(at) as u64, 0)))
+    }
+}
+
+/// Whether an error says that something cannot be written, or opened, for a reason outside the file.
+pub fn cannot_write(e: &rusqlite::Error) -> bool {
+    let Some(error) = e.sqlite_error() else { return false };
+    match error.code {
+        ErrorCode::DiskFull | ErrorCode::ReadOnly | ErrorCode::CannotOpen | ErrorCode::PermissionDenied => true,
+        ErrorCode::SystemIoFailure => !cannot_read(error),
+        _ => false,
+    }
+}
+
+fn cannot_read(error: &ffi::Error) -> bool {
+    matches!(error.extended_code, ffi::SQLITE_IOERR_READ | ffi::SQLITE_IOERR_SHORT_READ | ffi::SQLITE_IOERR_CORRUPTFS)
+}
+
+/// An SQLite error as the engine's. The statements are always the same and right for a sound index, so that whatever
+/// has no cause outside the file is damage, which the engine can help itself against.
+pub fn error(cache: &Path, e: &rusqlite::Error) -> EngineError {
+    let damaged = || EngineError::Damaged { path: cache.to_owned(), what: e.to_string() };
+    let Some(error) = e.sqlite_error() else { return damaged() };
+    match error.code {
+        ErrorCode::DiskFull => EngineError::cache(cache, "the disk is full"),
+        ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked | ErrorCode::FileLockingProtocolFailed => {
+            EngineError::cache(
+                cache,
+                format!("another process kept the index locked for a minute ({e}); try again later"),
+            )
+        }
+        ErrorCode::OutOfMemory
+        | ErrorCode::OperationInterrupted
+        | ErrorCode::NoLargeFileSupport
+        | ErrorCode::AuthorizationForStatementDenied => EngineError::cache(cache, e),
+        _ if cannot_write(e) => {
+            EngineError::cache(cache, format!("cannot be written ({e}); name another folder with --cache"))
+        }
+        _ => damaged(),
+    }
+}
+
+/// Opens the index of a cache, making folder and tables where they are missing. Where nothing can be written, it is
+/// opened to be read.
+pub fn open(cache: &Path) -> Result<Index, EngineError> {
+    let why = match folder::prepare(cache)? {
+        Some(why) => why,
+        None => match to_write(cache) {
+            Ok(index) => return Ok(index),
+            Err(Fail::Engine(e)) => return Err(e),
+            Err(Fail::Sql(e)) if cannot_write(&e) => e.to_string(),
+            Err(Fail::Sql(e)) => return Err(error(cache, &e)),
+            Err(Fail::Io(e)) => e.to_string(),
+        },
+    };
+    let path = path(cache);
+    if !path.is_file() {
+        return Err(EngineError::cache(cache, format!("cannot be written ({why}); name another folder with --cache")));
+    }
+    to_read(&path, &why).map_err(|e| error(cache, &e))
+}
+
+enum Fail {
+    Sql(rusqlite::Error),
+    Io(io::Error),
+    Engine(EngineError),
+}
+
+impl From<rusqlite::Error> for Fail {
+    fn from(e: rusqlite::Error) -> Self {
+        Self::Sql(e)
+    }
+}
+
+fn to_write(cache: &Path) -> Result<Index, Fail> {
+    let path = path(cache);
+    let damaged = |what: &str| Fail::Engine(EngineError::Damaged { path: cache.to_owned(), what: what.to_owned() });
+    if fs::symlink_metadata(&path).is_ok_and(|meta| !meta.is_file()) {
+        return Err(damaged("it is no plain file"));
+    }
     let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_CREATE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let db = Connection::open_with_flags(path(cache), flags).map_err(sql)?;
-    db.busy_timeout(Duration::from_secs(60)).map_err(sql)?;
-    db.set_db_config(DbConfig::SQLITE_DBCONFIG_DEFENSIVE, true).map_err(sql)?;
+    let db = Connection::open_with_flags(&path, flags)?;
+    let index = Index { db, path: Some((path.clone(), Identity::of(&path))), read_only: None };
+    set_up(&index)?;
+    index.db.pragma_update(None, "synchronous", "OFF")?;
+    let version: i64 = index.db.query_row("PRAGMA user_version", [], |r| r.get(0))?;
+    if index.db.is_readonly(MAIN_DB)? {
+        // A number in the header that this SQLite does not know makes a file read-only, too. Nothing else of this
+        // process has the file open: to close it drops all locks on it.
+        let header = fs::read(&path).unwrap_or_default();
+        if header.get(18..20).is_some_and(|v| v.iter().any(|v| *v > 2)) {
+            return Err(damaged("its header is of an unknown version"));
+        }
+        return Err(Fail::Io(io::Error::new(io::ErrorKind::PermissionDenied, "the index file is read-only")));
+    }
+    let journal: String = index.db.query_row("PRAGMA journal_mode", [], |r| r.get(0))?;
+    if version != MADE || journal != "wal" {
+        // Two processes that change the journal's mode at once fail: SQLite does not wait there.
+        let _lock = lock(cache).map_err(Fail::Io)?;
+        index.db.pragma_update(None, "journal_mode", "WAL")?;
+        let tables = TABLES.map(|t| t.replacen("CREATE TABLE", "CREATE TABLE IF NOT EXISTS", 1)).join("; ");
+        let make = format!("BEGIN IMMEDIATE; {tables}; PRAGMA user_version = {MADE}; COMMIT;");
+        index.db.execute_batch(&make)?;
+    }
+    if !has_tables(&index.db)? {
+        return Err(damaged("its tables are not those of an index"));
+    }
+    Ok(index)
+}
+
+/// Settings of every connection.
+fn set_up(db: &Connection) -> rusqlite::Result<()> {
+    db.busy_timeout(Duration::from_secs(60))?;
+    db.set_db_config(DbConfig::SQLITE_DBCONFIG_DEFENSIVE, true)?;
     db.set_prepared_statement_cache_capacity(64);
-    let version: i64 = db.query_row("PRAGMA user_version", [], |r| r.get(0)).map_err(sql)?;
-    // Two processes that change the journal's mode at once fail: SQLite does not wait there.
-    let making = if version == 1 { None } else { Some(lock(cache)?) };
-    if making.is_some() {
-        db.pragma_update(None, "journal_mode", "WAL").map_err(sql)?;
+    db.pragma_update(None, "cell_size_check", true)?;
+    db.pragma_update(None, "temp_store", "MEMORY")?;
+    db.pragma_update(None, "cache_size", -32_000)?;
+    db.pragma_update(None, "mmap_size", 256 << 20)
+}
+
+/// Whether the file has our tables and no others.
+fn has_tables(db: &Connection) -> rusqlite::Result<bool> {
+    let mut statement = db.prepare("SELECT sql FROM sqlite_schema WHERE sql IS NOT NULL")?;
+    let mut rows = statement.query([])?;
+    let mut found = 0;
+    while let Some(row) = rows.next()? {
+        let known = row
+            .get_ref(0)?
+            .as_bytes_or_null()
+            .ok()
+            .flatten()
+            .is_some_and(|sql| TABLES.iter().any(|t| t.as_bytes() == sql));
+        if !known {
+            return Ok(false);
+        }
+        found += 1;
     }
-    db.pragma_update(None, "synchronous", "OFF").map_err(sql)?;
-    db.pragma_update(None, "cache_size", -32_000).map_err(sql)?;
-    db.pragma_update(None, "mmap_size", 256 << 20).map_err(sql)?;
-    if making.is_some() {
-        let make = format!("BEGIN IMMEDIATE; {TABLES} COMMIT;");
-        db.execute_batch(&make).map_err(sql)?;
+    Ok(found == TABLES.len())
+}
+
+/// Opens an index without writing anything: beside living processes if the system allows it, else as a file that
+/// nobody changes. Should somebody change it, records fail their checksums.
+fn to_read(path: &Path, why: &str) -> rusqlite::Result<Index> {
+    let open = |query: &str| -> rusqlite::Result<Index> {
+        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        let db = Connection::open_with_flags(format!("{}?{query}", uri(path)), flags)?;
+        set_up(&db)?;
+        if !has_tables(&db)? {
+            return Err(rusqlite::Error::QueryReturnedNoRows);
+        }
+        Ok(Index { db, path: None, read_only: Some(why.to_owned()) })
+    };
+    open("mode=ro").or_else(|_| open("immutable=1"))
+}
+
+/// A path as SQLite takes it with options.
+fn uri(path: &Path) -> String {
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let mut out = "file://".to_owned();
+    let bytes = path.as_os_str().as_encoded_bytes();
+    if !bytes.starts_with(b"/") {
+        out.push('/');
     }
-    Ok(db)
+    for b in bytes {
+        match b {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'/' | b'.' | b'_' | b'-' | b':' => out.push(char::from(*b)),
+            b'\\' if cfg!(windows) => out.push('/'),
+            _ => out += &format!("%{b:02X}"),
+        }
+    }
+    out
 }
 
 /// The lock under which an index is made or set aside.
-fn lock(cache: &Path) -> Result<Lock, EngineError> {
+fn lock(cache: &Path) -> io::Result<Lock> {
     loop {
-        if let Some(lock) = Lock::take(&cache.join("index.lock")).map_err(|e| EngineError::cache(cache, e))? {
+        if let Some(lock) = Lock::take(&cache.join("index.lock"))? {
             return Ok(lock);
         }
         std::thread::sleep(Duration::from_millis(20));
     }
 }
 
-/// Opens an index that exists, to read.
-pub fn open_existing(cache: &Path) -> Result<Option<Connection>, EngineError> {
-    if path(cache).is_file() { open(cache).map(Some) } else { Ok(None) }
+/// Opens an index that exists.
+pub fn open_existing(cache: &Path) -> Result<Option<Index>, EngineError> {
+    folder::check(cache)?;
+    if fs::symlink_metadata(path(cache)).is_ok() { open(cache).map(Some) } else { Ok(None) }
 }
 
 /// An index in memory, for a cache that does not exist and is not to be made.
-pub fn empty(cache: &Path) -> Result<Connection, EngineError> {
+pub fn empty(cache: &Path) -> Result<Index, EngineError> {
     let sql = |e: rusqlite::Error| error(cache, &e);
     let db = Connection::open_in_memory().map_err(sql)?;
-    db.execute_batch(TABLES).map_err(sql)?;
-    Ok(db)
+    db.execute_batch(&TABLES.join("; ")).map_err(sql)?;
+    Ok(Index { db, path: None, read_only: None })
 }
 
-/// Moves a damaged index out of the way. Several processes may notice the damage: only what is still damaged goes.
-pub fn set_aside(cache: &Path) -> Result<(), EngineError> {
-    let fail = |e: io::Error| EngineError::cache(cache, e);
-    let lock = lock(cache)?;
-    let sound = || -> Result<bool, rusqlite::Error> {
-        let db = Connection::open(path(cache))?;
-        db.busy_timeout(Duration::from_secs(60))?;
-        let answer: String = db.query_row("PRAGMA quick_check(1)", [], |r| r.get(0))?;
-        Ok(answer == "ok")
+/// Whether a folder without a marker holds an index of ours, of this layout or the one before.
+pub fn is_known(cache: &Path) -> bool {
+    let known = |layout: u32| -> rusqlite::Result<bool> {
+        let path = cache.join(format!("index-{layout}.sqlite"));
+        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI;
+        let db = Connection::open_with_flags(format!("{}?immutable=1", uri(&path)), flags)?;
+        let version: i64 = db.query_row("PRAGMA user_version", [], |r| r.get(0))?;
+        let query = "SELECT group_concat(name) FROM (SELECT name FROM sqlite_schema WHERE type = 'table' \
+                     AND name NOT LIKE 'sqlite_%' ORDER BY name)";
+        let names: String = db.query_row(query, [], |r| r.get(0))?;
+        Ok(version == MADE && names == NAMES)
     };
-    if !matches!(sound(), Ok(true)) {
+    [LAYOUT, LAYOUT - 1].into_iter().any(|layout| matches!(known(layout), Ok(true)))
+}
+
+/// What is wrong with the structure of an index, by SQLite's full check.
+pub fn fault(db: &Connection) -> rusqlite::Result<Option<String>> {
+    if !has_tables(db)? {
+        return Ok(Some("its tables are not those of an index".to_owned()));
+    }
+    let answer: String = db.query_row("PRAGMA integrity_check(1)", [], |r| r.get(0))?;
+    Ok((answer != "ok").then_some(answer))
+}
+
+/// Moves a damaged index out of the way. Several processes may notice the damage: only what is still damaged goes,
+/// unless it is `certain` that this process has met damage that the check does not see.
+pub fn set_aside(cache: &Path, certain: bool) -> Result<(), EngineError> {
+    let fail = |e: io::Error| {
+        EngineError::cache(
+            cache,
+            format!("the index is damaged and cannot be set aside: {e}; name another folder with --cache"),
+        )
+    };
+    folder::check(cache)?;
+    let lock = lock(cache).map_err(fail)?;
+    let sound = || -> Result<bool, Fail> { Ok(fault(&to_write_unmade(cache)?)?.is_none()) };
+    if certain || !matches!(sound(), Ok(true)) {
         for suffix in ["", "-wal", "-shm"] {
-            let from = cache.join(format!("{FILE}{suffix}"));
-            match fs::rename(&from, cache.join(format!("{FILE}.damaged{suffix}"))) {
+            let to = cache.join(format!("{FILE}.damaged{suffix}"));
+            // A folder in the index's place may meet one that was moved here before.
+            let _ = fs::remove_dir(&to);
+            match fs::rename(cache.join(format!("{FILE}{suffix}")), to) {
                 Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(fail(e)),
                 _ => {}
             }
@@ -119,4 +344,11 @@ pub fn set_aside(cache: &Path) -> Result<(), EngineError> {
     }
     drop(lock);
     Ok(())
+}
+
+/// Opens the index to be checked, without taking the lock that [`to_write`] may take.
+fn to_write_unmade(cache: &Path) -> rusqlite::Result<Connection> {
+    let db = Connection::open(path(cache))?;
+    db.busy_timeout(Duration::from_secs(60))?;
+    Ok(db)
 }

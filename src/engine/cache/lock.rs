@@ -29,7 +29,18 @@ pub struct Lock(File);
 impl Lock {
     /// Takes the lock at `path`; `None` while another holds it.
     pub fn take(path: &Path) -> io::Result<Option<Self>> {
-        let mut file = File::options().create(true).truncate(false).read(true).write(true).open(path)?;
+        // The holder's name is written into the file: never into one that a link leads to.
+        if fs::symlink_metadata(path).is_ok_and(|meta| !meta.is_file()) {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, format!("{} is no plain file", path.display())));
+        }
+        let open = File::options().create(true).truncate(false).read(true).write(true).open(path);
+        let mut file = match open {
+            // A file that can only be read can be locked all the same.
+            Err(e) if matches!(e.kind(), io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied) => {
+                File::open(path).map_err(|_| e)?
+            }
+            other => other?,
+        };
         match file.try_lock() {
             Ok(()) => {
                 // Only for messages: a full disk must not keep anyone from working.
@@ -158,9 +169,18 @@ pub fn oldest_claim(cache: &Path) -> io::Result<Option<SystemTime>> {
     let mut oldest = None;
     for entry in fs::read_dir(cache.join("claims"))? {
         let entry = entry?;
-        if Lock::take(&entry.path())?.is_none() {
-            let began = entry.metadata()?.modified()?;
-            oldest = Some(oldest.map_or(began, |o: SystemTime| o.min(began)));
+        let ours = entry.file_name().to_str().is_some_and(|name| name.bytes().all(|b| b.is_ascii_digit()));
+        if !ours || !entry.file_type()?.is_file() {
+            continue;
+        }
+        let file = File::options().write(true).open(entry.path())?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                let began = entry.metadata()?.modified()?;
+                oldest = Some(oldest.map_or(began, |o: SystemTime| o.min(began)));
+            }
+            Err(TryLockError::Error(e)) => return Err(e),
         }
     }
     Ok(oldest)

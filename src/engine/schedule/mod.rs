@@ -4,6 +4,7 @@
 //! `jobs` tasks are out, and each has its memory reserved before it starts. Nothing on the pool waits: locks of other
 //! processes are polled here, values are handed to a task with its start.
 
+mod audit;
 mod held;
 mod open;
 mod pool;
@@ -12,6 +13,7 @@ mod settle;
 mod start;
 mod task;
 
+pub use audit::Audit;
 pub use pool::Pool;
 pub use task::panic_text;
 
@@ -202,7 +204,10 @@ pub struct Schedule<'a> {
     nodes: Vec<NodeState>,
     to_open: VecDeque<usize>,
     ready: VecDeque<RunId>,
-    elsewhere: Vec<RunId>,
+    /// Runs whose keys other processes hold, and since when.
+    elsewhere: Vec<(RunId, Instant)>,
+    /// Holders whose names were told.
+    told: BTreeSet<String>,
     /// Keys whose runs are out, and who waits for them.
     flying: BTreeMap<Digest, Vec<RunId>>,
     running: usize,
@@ -219,6 +224,7 @@ pub struct Schedule<'a> {
     polled: Instant,
     pub errors: Vec<Failure>,
     pub warnings: usize,
+    pub audit: Audit,
 }
 
 /// What a schedule works with besides the plan.
@@ -274,6 +280,7 @@ impl<'a> Schedule<'a> {
             to_open,
             ready: VecDeque::new(),
             elsewhere: Vec::new(),
+            told: BTreeSet::new(),
             flying: BTreeMap::new(),
             running: 0,
             held: Held::new(s.memory / 4),
@@ -285,6 +292,7 @@ impl<'a> Schedule<'a> {
             polled: Instant::now(),
             errors: Vec::new(),
             warnings: 0,
+            audit: Audit::default(),
         }
     }
 
@@ -374,7 +382,8 @@ impl<'a> Schedule<'a> {
         roots.chain(self.files_read.iter().cloned()).collect()
     }
 
-    fn tell_damage(&mut self) {
+    /// Tells of damage that the cache has met.
+    pub fn tell_damage(&mut self) {
         for text in std::mem::take(&mut self.cache.warnings) {
             self.warn(None, None, &text);
         }

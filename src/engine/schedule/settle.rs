@@ -120,6 +120,9 @@ impl Schedule<'_> {
         let (variant, reads) = (record.variant(), !record.reads.is_empty());
         self.files_read.extend(source::files(&record.reads, &self.nodes[n].roots));
         let changed = expected != record.outputs;
+        if cause == Cause::Audit {
+            self.audit.compare(&expected, &record.outputs, &made.values, self.cache)?;
+        }
         if cause == Cause::Audit && changed {
             let message = "audit: it gave other bytes than the cache holds for the same inputs; \
                            the kind is not deterministic, or changed without a new version";
@@ -246,10 +249,9 @@ impl Schedule<'_> {
         let losses = self.lost.entry(hash).or_default();
         *losses += 1;
         if *losses > LOSSES {
-            return Err(EngineError::cache(
-                self.cache.root(),
-                format!("value {} is lost again and again: {what}", hash.short()),
-            ));
+            // What was just stored is not found: the index leads elsewhere, though its structure may look sound.
+            let what = format!("value {} is lost again and again: {what}", hash.short());
+            return Err(EngineError::Damaged { path: self.cache.root().to_owned(), what });
         }
         if *losses == 1 {
             let text = format!("stored value {} is damaged ({what}); it is set aside and made again", hash.short());

@@ -2,9 +2,10 @@
 
 use super::{Cause, Run, RunId, Schedule, State, Waiter, open::sizes, task};
 use crate::engine::{
-    cache::Stored,
+    cache::{Stored, lock},
     elements::Taken,
     error::EngineError,
+    events::Event,
     hash::Digest,
     plan::OutputRef,
     value::{ValueRef, shown},
@@ -80,7 +81,7 @@ impl Schedule<'_> {
         if self.run_mut(id).lock.is_none() {
             let Some(lock) = self.cache.lock(&key)? else {
                 self.run_mut(id).state = State::Elsewhere;
-                self.elsewhere.push(id);
+                self.elsewhere.push((id, Instant::now()));
                 return Ok(false);
             };
             self.run_mut(id).lock = Some(lock);
@@ -105,10 +106,15 @@ impl Schedule<'_> {
             return Ok(());
         }
         self.polled = Instant::now();
-        for id in std::mem::take(&mut self.elsewhere) {
+        for (id, since) in std::mem::take(&mut self.elsewhere) {
             let key = self.run_mut(id).key;
             match self.cache.lock(&key)? {
-                None => self.elsewhere.push(id),
+                None => {
+                    self.elsewhere.push((id, since));
+                    if since.elapsed() >= lock::PATIENCE {
+                        self.tell_waiting(id, &key);
+                    }
+                }
                 Some(lock) => {
                     // The index is asked again when it starts. Until then the lock is not needed: at most `jobs` are
                     // held at a time, and whoever takes it in between does the same work.
@@ -119,6 +125,18 @@ impl Schedule<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Says once for each other process that its result is waited for.
+    fn tell_waiting(&mut self, id: RunId, key: &Digest) {
+        let holder = lock::holder_of_key(self.cache.root(), key);
+        if self.told.contains(&holder) {
+            return;
+        }
+        let (node, element) = (self.name(id.node), shown(&self.run_mut(id).name));
+        let what = if element.is_empty() { node.to_owned() } else { format!("{node}/{element}") };
+        self.events.event(&Event::Waiting { what: &what, holder: &holder });
+        self.told.insert(holder);
     }
 
     fn start(&mut self, id: RunId, taken: Vec<Taken>, need: u64) -> Result<(), EngineError> {

@@ -4,7 +4,7 @@ use crate::{
     engine::{
         cache::{
             NewValue, Stored,
-            blob::{BlobError, Blobs, INLINE},
+            blob::{Bad, Blobs, INLINE},
         },
         hash::Digest,
         node::{Arity, Ctx, Data, Device, Kind, NodeError, PortSpec, Slot},
@@ -211,12 +211,7 @@ pub fn fetch(load: &Load, port: &PortSpec, blobs: &Blobs) -> Result<(Data, u64),
             }
             bytes.clone()
         }
-        From::File => blobs.get(&load.hash, load.verified).map_err(|e| match e {
-            BlobError::Bad(what) => FetchError::Bad(what),
-            BlobError::Io(e) => {
-                FetchError::Other(TaskError::Cache(format!("value {} cannot be read: {e}", load.hash.short())))
-            }
-        })?,
+        From::File => blobs.get(&load.hash, load.verified).map_err(|Bad(what)| FetchError::Bad(what))?,
     };
     let size = (*bytes).as_ref().len() as u64;
     // The bytes are those that its producer stored: to run that again would give the same.
