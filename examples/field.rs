@@ -32,8 +32,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         None => load(Path::new(source), &DiskFiles, &Limits::default())?,
     };
     let scene = Arc::new(scene);
-    let ctx =
-        Ctx { stop: &Stop::default(), door: &NoDoor, element: None, device: None, warn: &|w| println!("warning: {w}") };
+    let ctx = Ctx {
+        stop: &Stop::default(),
+        door: &NoDoor,
+        element: None,
+        device: None,
+        warn: &|w| println!("warning: {w}"),
+        progress: &|_, _| {},
+    };
 
     let mut cell = view_cell::Params::default();
     if rest.len() > 2 {

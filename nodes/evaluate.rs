@@ -116,7 +116,7 @@ pub struct Evaluate;
 
 impl Node for Evaluate {
     const KIND: &'static str = "evaluate";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     /// FLIP is C++.
     const NATIVE: bool = true;
     type Params = Params;
@@ -163,8 +163,9 @@ impl Node for Evaluate {
                 kind: "assumed: none was stated".into(),
                 value: params.assumed_bound,
                 unit: "px".into(),
+                held: false,
             },
-            |b| certify::Bound { kind: b.kind.clone(), value: b.value, unit: b.unit.clone() },
+            |b| certify::Bound { kind: b.kind.clone(), value: b.value, unit: b.unit.clone(), held: false },
         );
         let options = certify::Options {
             sampling: Sampling {
@@ -184,15 +185,8 @@ impl Node for Evaluate {
             ceiling_views: params.ceiling_views,
         };
         let ceiling = inputs.ceiling.as_deref();
-        let result = certify::compare(
-            &inputs.original,
-            &stand_in,
-            ceiling,
-            &inputs.cell,
-            &options,
-            super::backend(ctx),
-            ctx.stop,
-        );
+        let context = certify::Context { backend: super::backend(ctx), stop: ctx.stop, progress: ctx.progress };
+        let result = certify::compare(&inputs.original, &stand_in, ceiling, &inputs.cell, &options, context);
         let comparison = result.map_err(|e| match e {
             CompareError::Stopped(s) => NodeError::Stopped(s),
             e => NodeError::from_error(&e),

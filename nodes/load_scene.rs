@@ -193,7 +193,7 @@ mod tests {
         let warnings = Mutex::new(Vec::new());
         let stop = Stop::default();
         let warn = |w| warnings.lock().unwrap().push(w);
-        let ctx = Ctx { stop: &stop, door: &world, element: None, device: None, warn: &warn };
+        let ctx = Ctx { stop: &stop, door: &world, element: None, device: None, warn: &warn, progress: &|_, _| {} };
         let params = Params { path: SourcePath(path.into()), ..Params::default() };
         let out = LoadScene::run(&params, In {}, &ctx).map(|o| o.scene).map_err(|e| e.to_string());
         let warnings = std::mem::take(&mut *warnings.lock().unwrap());

@@ -120,7 +120,7 @@ mod tests {
         let geometry = crate::raster::Geometry::new(&scene);
         let stop = Stop::default();
         let run = |device: Option<&Device>| {
-            let ctx = Ctx { stop: &stop, door: &Closed, element: None, device, warn: &|_| {} };
+            let ctx = Ctx { stop: &stop, door: &Closed, element: None, device, warn: &|_| {}, progress: &|_, _| {} };
             crate::sprite::judge(backend(&ctx), &geometry, &[direction], 16, &stop).is_ok()
         };
         let blind: Arc<dyn Backend> = Arc::new(Blind);

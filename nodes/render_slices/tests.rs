@@ -38,7 +38,8 @@ const CELL: Cell = Cell { centre: DVec3::ZERO, half: DVec3::splat(0.5) };
 fn run(params: &Params, scene: &Arc<Scene>) -> (Result<Out, NodeError>, Vec<String>) {
     let warnings = Mutex::new(vec![]);
     let warn = |w: String| warnings.lock().unwrap().push(w);
-    let ctx = Ctx { stop: &Stop::default(), door: &NoDoor, element: None, device: None, warn: &warn };
+    let ctx =
+        Ctx { stop: &Stop::default(), door: &NoDoor, element: None, device: None, warn: &warn, progress: &|_, _| {} };
     let out = RenderSlices::run(params, In { scene: scene.clone(), cell: Arc::new(CELL) }, &ctx);
     (out, warnings.into_inner().unwrap())
 }

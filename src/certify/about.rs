@@ -16,6 +16,17 @@ pub enum Better {
     Neither,
 }
 
+/// What makes a measure better.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Helps {
+    /// A higher resolution, less simplification.
+    Finer,
+    /// A lower resolution, more simplification.
+    Coarser,
+    Nothing,
+}
+
 /// One number of a certificate.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Measure {
@@ -28,6 +39,7 @@ pub struct Measure {
     pub better: Better,
     /// Name of the picture that shows it, without folder and extension.
     pub picture: Option<&'static str>,
+    pub helps: Helps,
 }
 
 /// Every number of a certificate that a pipeline can require something of, by path.
@@ -96,10 +108,18 @@ impl Group {
                 unit,
                 better: self.better,
                 picture: self.picture,
+                helps: match self.better {
+                    Better::Neither => Helps::Nothing,
+                    _ if COSTS.contains(&self.path) => Helps::Coarser,
+                    _ => Helps::Finer,
+                },
             }
         })
     }
 }
+
+/// What a stand-in costs: less of it is less detail.
+const COSTS: [&str; 5] = ["triangles", "draw_calls", "texels", "bytes", "memory_bytes"];
 
 const MIN: &[Part] = &[Part::Mean, Part::Min];
 const MAX: &[Part] = &[Part::Mean, Part::Max];

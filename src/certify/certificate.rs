@@ -1,6 +1,11 @@
 //! The certificate as it is written: plain data, deterministic bytes.
 
-use super::figures::Figures;
+use super::{
+    about::{Better, Helps, Measure, measures},
+    figures::Figures,
+    requirements::{self, Requirement, Verdict},
+    summary,
+};
 use crate::math::View;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -12,6 +17,9 @@ pub struct Bound {
     pub kind: String,
     pub value: f64,
     pub unit: String,
+    /// Whether what was measured keeps to it: no outline moved farther, to within the half pixel that deviations are
+    /// measured to. Set by the comparison.
+    pub held: bool,
 }
 
 /// Which stand-in was judged.
@@ -43,6 +51,20 @@ impl Camera {
         let r = |v: glam::DVec3| v.to_array().map(|x| super::figures::rounded(x, 6));
         Self { eye: r(view.eye), forward: r(view.forward), up: r(view.up), fov: fov_degrees, resolution: view.width }
     }
+}
+
+/// What a number of the certificate means.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct About {
+    pub about: &'static str,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    pub unit: &'static str,
+    pub better: Better,
+    /// Name of the picture that shows it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub picture: Option<&'static str>,
+    /// What makes it better.
+    pub helps: Helps,
 }
 
 /// The view in which a measure is worst.
@@ -93,13 +115,26 @@ pub struct Ceiling {
 /// Everything that is certified.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Certificate {
+    pub verdict: Verdict,
+    /// The verdict in words, with the figures that decide.
+    pub sentence: String,
+    /// What the stand-in saves and how good it is, in lines for people.
+    pub summary: Vec<String>,
+    /// The figures that decide on the verdict, with their limits.
+    pub requirements: Vec<Requirement>,
     pub stand_in: StandIn,
     pub triangles: u64,
-    /// Of the original.
     pub original_triangles: u64,
+    /// One for each mesh and material of each object.
+    pub draw_calls: u64,
+    pub original_draw_calls: u64,
     /// Of all textures, base levels.
     pub texels: u64,
-    /// Of the stand-in's file.
+    pub original_texels: u64,
+    /// Vertices, indices and uncompressed texels.
+    pub memory_bytes: u64,
+    pub original_memory_bytes: u64,
+    /// Of the stand-in's file; 0 where it has none.
     pub bytes: u64,
     pub views: u32,
     pub shading: String,
@@ -113,9 +148,30 @@ pub struct Certificate {
     /// By measure.
     pub worst_view: BTreeMap<&'static str, WorstView>,
     pub sampling: Sampling,
+    /// By the path of the number; a ceiling's numbers mean the same.
+    pub about: BTreeMap<&'static str, About>,
 }
 
 impl Certificate {
+    /// Fills in what follows from the figures: whether the bound held, requirements, verdict, sentence, summary.
+    pub(super) fn judge(&mut self) {
+        // A deviation is measured to within half a pixel.
+        self.bound.held = self.figures.max_deviation_px <= self.bound.value + 0.5;
+        self.requirements = requirements::requirements(self);
+        self.verdict = requirements::verdict(&self.requirements);
+        self.sentence = requirements::sentence(self);
+        self.summary = summary::lines(self);
+        let own = measures().iter().filter(|m| !m.path.starts_with("ceiling."));
+        let about = |m: &'static Measure| About {
+            about: &m.about,
+            unit: m.unit,
+            better: m.better,
+            picture: m.picture,
+            helps: m.helps,
+        };
+        self.about = own.map(|m| (m.path.as_str(), about(m))).collect();
+    }
+
     /// Indented JSON with a final newline; equal certificates have equal bytes.
     pub fn to_json(&self) -> String {
         let mut text = serde_json::to_string_pretty(self).expect("plain data serialises");

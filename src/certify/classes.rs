@@ -14,6 +14,7 @@
 use super::{
     cracks::cracks,
     edges::{Surfaces, dilate_round, edge_pixels},
+    lost::lost,
     nearby::Nearby,
     parallax::{Angle, Parallax},
 };
@@ -45,6 +46,8 @@ pub struct Classes {
     pub class: Vec<Class>,
     pub band: Vec<bool>,
     pub crack: Vec<bool>,
+    /// See [`super::lost`].
+    pub lost: Vec<bool>,
     pub counts: Counts,
 }
 
@@ -76,9 +79,12 @@ pub struct ClassCounts {
     pub extra: u64,
     pub wrong_surface: u64,
     pub in_front: u64,
+    /// Lost pixels (see [`super::lost`]), which are of the other classes too.
+    pub lost: u64,
 }
 
 impl ClassCounts {
+    /// Pixels that are not right.
     pub fn total(&self) -> u64 {
         self.missing + self.extra + self.wrong_surface + self.in_front
     }
@@ -111,11 +117,13 @@ pub fn classify(original: &Surfaces, stand_in: &Surfaces, edges: &[u8], rule: &R
         .collect();
     let holes: Vec<bool> = class.iter().map(|c| matches!(c, Class::Missing | Class::WrongSurface)).collect();
     let crack = cracks(&holes, edges, &band, width);
+    let lost = lost(original, stand_in, &class, edges, rule);
     let mut counts = Counts { crack: crack.iter().filter(|c| **c).count() as u64, ..Counts::default() };
     for (i, c) in class.iter().enumerate() {
         counts.covered += u64::from(original.covered(i));
         counts.band += u64::from(band[i]);
         let side = if band[i] { &mut counts.inside } else { &mut counts.outside };
+        side.lost += u64::from(lost[i]);
         match c {
             Class::Right => {}
             Class::Missing => side.missing += 1,
@@ -124,5 +132,5 @@ pub fn classify(original: &Surfaces, stand_in: &Surfaces, edges: &[u8], rule: &R
             Class::InFront => side.in_front += 1,
         }
     }
-    Classes { class, band, crack, counts }
+    Classes { class, band, crack, lost, counts }
 }

@@ -1,24 +1,30 @@
 //! The comparison: draws the views, renders, measures, and writes down the certificate.
 
 use super::{
-    certificate::{Bound, Camera, Ceiling, Certificate, Flip, Sampling as Sampled, StandIn, WorstView},
+    certificate::{Bound, Camera, Ceiling, Certificate, Flip, Sampling as Sampled, StandIn},
     figures::{Figures, rounded},
     frame::Frame,
     measure::{Reference, Setting, Shot, ViewFigures},
-    pictures::panels,
+    pictures::{Caption, sheet},
+    requirements::Verdict,
     shading::{self, Choice},
+    size::Size,
     views::{self, Sampling},
+    worst::{Wanted, by_psnr, worst_views},
 };
 use crate::{
     image::{Picture, measure::flip},
     math::{Stop, Stopped, View},
     raster::{self, Backend, Geometry, Rendering, Shader, nearest},
-    scene::{Image, Scene},
+    scene::Scene,
     voxel::Cell,
 };
 use glam::DVec3;
 use rayon::prelude::*;
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::atomic::{AtomicU64, Ordering},
+};
 
 /// How a stand-in is judged.
 #[derive(Clone, Debug)]
@@ -41,7 +47,7 @@ pub struct Options {
 pub struct Comparison {
     pub certificate: Certificate,
     /// Original, stand-in and difference side by side, by name: `typical` (the view of median PSNR over the object)
-    /// and `worst-…`, the views that the certificate's `worst_view` refers to.
+    /// and `worst-…`, to which the certificate's `worst_view` refers, for each measure that found something.
     pub pictures: BTreeMap<String, Picture>,
 }
 
@@ -72,16 +78,26 @@ pub const VIEWS_AT_ONCE: usize = 4;
 /// FLIP is measured in so many views.
 const FLIP_VIEWS: usize = 8;
 
-/// Compares a stand-in, rendered by `backend`, and the `ceiling` that it was simplified from, with its original, seen from `cell`.
+/// What a comparison works with.
+#[derive(Clone, Copy)]
+pub struct Context<'a> {
+    /// Who renders.
+    pub backend: &'a dyn Backend,
+    pub stop: &'a Stop,
+    /// Is told how many of how many views are done, from any thread.
+    pub progress: &'a (dyn Fn(u64, u64) + Sync),
+}
+
+/// Compares a stand-in and the `ceiling` that it was simplified from with its original, seen from `cell`.
 pub fn compare(
     original: &Scene,
     stand_in: &Scene,
     ceiling: Option<&Scene>,
     cell: &Cell,
     options: &Options,
-    backend: &dyn Backend,
-    stop: &Stop,
+    context: Context,
 ) -> Result<Comparison, CompareError> {
+    let Context { backend, stop, .. } = context;
     check(original, stand_in, options)?;
     let sampling = &options.sampling;
     let (shading, words) = shading::choose(options.shading, original, cell, sampling);
@@ -99,8 +115,7 @@ pub fn compare(
         stand_in: Shader::new(&stand_in_geometry),
         ceiling: ceiling_geometry.as_ref().map(Shader::new),
         setting,
-        backend,
-        stop,
+        context,
     };
 
     let selection = original.bounds();
@@ -120,18 +135,35 @@ pub fn compare(
     }
 
     let order = by_psnr(&figures);
-    let (mut worst, names) = worst_views(&figures, &order, |i| Camera::of(&views[i], sampling.fov.to_degrees()));
-    let looked_at = judge.look(&frames, &order[..order.len().min(FLIP_VIEWS)], &names)?;
-    let flips: Vec<f64> = looked_at.iter().filter_map(|l| l.flip).collect();
-    let pictures = looked_at.into_iter().filter_map(|l| Some((names.get(&l.view)?.clone(), l.picture?))).collect();
-    worst.values_mut().filter(|w| w.value == 0.0).for_each(|w| w.picture = None);
-
+    let (worst, wanted) = worst_views(&figures, &order, |i| Camera::of(&views[i], sampling.fov.to_degrees()));
+    let model = model(original);
     let band_px = setting.bound_px.ceil() as u32;
-    let certificate = Certificate {
+    let caption = |w: &Wanted| Caption {
+        lines: vec![
+            format!("{model}: {}; view {} (views 0 to {})", w.title, w.view, views.len() - 1),
+            figures[w.view].to_string(),
+        ],
+        band_px,
+    };
+    let looked_at = judge.look(&frames, &order[..order.len().min(FLIP_VIEWS)], &wanted, &caption)?;
+    let flips: Vec<f64> = looked_at.iter().filter_map(|l| l.flip).collect();
+    let pictures = looked_at.into_iter().flat_map(|l| l.pictures).collect();
+
+    let (size, original_size) = (Size::of(stand_in), Size::of(original));
+    let mut certificate = Certificate {
+        verdict: Verdict::Failed,
+        sentence: String::new(),
+        summary: Vec::new(),
+        requirements: Vec::new(),
         stand_in: options.stand_in.clone(),
-        triangles: stand_in.triangle_count() as u64,
-        original_triangles: original.triangle_count() as u64,
-        texels: texels(stand_in),
+        triangles: size.triangles,
+        original_triangles: original_size.triangles,
+        draw_calls: size.draw_calls,
+        original_draw_calls: original_size.draw_calls,
+        texels: size.texels,
+        original_texels: original_size.texels,
+        memory_bytes: size.memory_bytes,
+        original_memory_bytes: original_size.memory_bytes,
         bytes: options.bytes,
         views: views.len() as u32,
         shading: words,
@@ -157,8 +189,18 @@ pub fn compare(
             cell_centre: cell.centre.to_array(),
             cell_half: cell.half.to_array(),
         },
+        about: BTreeMap::new(),
     };
+    certificate.judge();
     Ok(Comparison { certificate, pictures })
+}
+
+/// What the original is called: its object, or how many there are.
+fn model(original: &Scene) -> String {
+    match &original.objects[..] {
+        [one] if !one.name.is_empty() => one.name.clone(),
+        all => format!("{} objects ({}, ...)", all.len(), all.first().map_or("", |o| &o.name)),
+    }
 }
 
 fn check(original: &Scene, stand_in: &Scene, options: &Options) -> Result<(), CompareError> {
@@ -190,50 +232,65 @@ struct Judge<'a> {
     stand_in: Shader<'a>,
     ceiling: Option<Shader<'a>>,
     setting: Setting,
-    backend: &'a dyn Backend,
-    stop: &'a Stop,
+    context: Context<'a>,
 }
 
 /// A view rendered once more.
 struct Look {
-    view: usize,
     flip: Option<f64>,
-    picture: Option<Picture>,
+    pictures: Vec<(String, Picture)>,
 }
 
 impl Judge<'_> {
+    fn reference(&self, view: &View) -> Result<Reference, Stopped> {
+        let Context { backend, stop, .. } = self.context;
+        Reference::take(backend, &self.original, view, &self.setting, stop)
+    }
+
+    fn shot(&self, shader: &Shader, view: &View) -> Result<Shot, Stopped> {
+        let Context { backend, stop, .. } = self.context;
+        Shot::take(backend, shader, view, &self.setting.rendering, stop)
+    }
+
     /// Figures of the stand-in in every view, and of the ceiling in the first `ceiling_views`.
     fn measure(
         &self,
         frames: &[Frame],
         ceiling_views: usize,
     ) -> Result<Vec<(ViewFigures, Option<ViewFigures>)>, Stopped> {
+        let done = AtomicU64::new(0);
         let one = |(i, frame): (usize, &Frame)| {
-            let reference = Reference::take(self.backend, &self.original, &frame.window, &self.setting, self.stop)?;
+            let reference = self.reference(&frame.window)?;
             let judged = |shader: &Shader| -> Result<ViewFigures, Stopped> {
-                let shot = Shot::take(self.backend, shader, &frame.window, &self.setting.rendering, self.stop)?;
-                Ok(reference.measure(&shot, shader.geometry, frame))
+                Ok(reference.measure(&self.shot(shader, &frame.window)?, shader.geometry, frame))
             };
             let ceiling = self.ceiling.as_ref().filter(|_| i < ceiling_views).map(judged).transpose()?;
-            Ok((judged(&self.stand_in)?, ceiling))
+            let figures = (judged(&self.stand_in)?, ceiling);
+            (self.context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, frames.len() as u64);
+            Ok(figures)
         };
         in_batches(frames.iter().enumerate().collect(), one)
     }
 
-    /// FLIP for the views in `flips`, panels for those in `names`.
-    fn look(&self, frames: &[Frame], flips: &[usize], names: &BTreeMap<usize, String>) -> Result<Vec<Look>, Stopped> {
-        let wanted: BTreeSet<usize> = flips.iter().chain(names.keys()).copied().collect();
+    /// FLIP for the views in `flips`, and the pictures that are wanted.
+    fn look(
+        &self,
+        frames: &[Frame],
+        flips: &[usize],
+        wanted: &[Wanted],
+        caption: &(impl Fn(&Wanted) -> Caption + Sync),
+    ) -> Result<Vec<Look>, Stopped> {
+        let views: BTreeSet<usize> = flips.iter().copied().chain(wanted.iter().map(|w| w.view)).collect();
         let one = |i: usize| {
             let frame = &frames[i];
-            let reference = Reference::take(self.backend, &self.original, &frame.window, &self.setting, self.stop)?;
-            let stand_in = Shot::take(self.backend, &self.stand_in, &frame.window, &self.setting.rendering, self.stop)?;
+            let (reference, stand_in) = (self.reference(&frame.window)?, self.shot(&self.stand_in, &frame.window)?);
+            let picture = |w: &Wanted| (w.name.to_owned(), sheet(&reference, &stand_in, w.focus, &caption(w)));
             Ok(Look {
-                view: i,
                 flip: flips.contains(&i).then(|| flip_of(&reference.shot.picture, &stand_in.picture, frame)),
-                picture: names.contains_key(&i).then(|| panels(&reference, &stand_in, frame)),
+                pictures: wanted.iter().filter(|w| w.view == i).map(picture).collect(),
             })
         };
-        in_batches(wanted.into_iter().collect(), one)
+        in_batches(views.into_iter().collect(), one)
     }
 }
 
@@ -280,73 +337,4 @@ fn directions(
         }
     }
     Ok(all)
-}
-
-/// Views that see something, the worst by PSNR over the object first.
-fn by_psnr(figures: &[ViewFigures]) -> Vec<usize> {
-    let mut seen: Vec<(usize, f64)> =
-        figures.iter().enumerate().filter_map(|(i, f)| Some((i, f.psnr_object?))).collect();
-    seen.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
-    seen.into_iter().map(|(i, _)| i).collect()
-}
-
-/// The worst view of each measure, and the names of the views of which pictures are made.
-fn worst_views(
-    figures: &[ViewFigures],
-    by_psnr: &[usize],
-    camera: impl Fn(usize) -> Camera,
-) -> (BTreeMap<&'static str, WorstView>, BTreeMap<usize, String>) {
-    let mut worst = BTreeMap::new();
-    let mut names: BTreeMap<usize, String> = BTreeMap::new();
-    let mut add = |measure: &'static str, picture: &str, view: usize, value: f64, bad: bool| {
-        let picture = bad.then(|| names.entry(view).or_insert_with(|| picture.to_owned()).clone());
-        worst.insert(measure, WorstView { value: rounded(value, 3), view: view as u32, camera: camera(view), picture });
-    };
-    if let Some(first) = by_psnr.first() {
-        add("psnr_y_object_db", "worst-psnr", *first, figures[*first].psnr_object.unwrap_or_default(), true);
-    }
-    type Key = fn(&ViewFigures) -> (u64, u64);
-    let counts: [(&'static str, &str, Key); 5] = [
-        ("missing_px", "worst-missing", |f| (f.counts.outside.missing, f.counts.inside.missing)),
-        ("extra_px", "worst-extra", |f| (f.counts.outside.extra, f.counts.inside.extra)),
-        ("wrong_surface_px", "worst-wrong-surface", |f| {
-            (f.counts.outside.wrong_surface, f.counts.inside.wrong_surface)
-        }),
-        ("in_front_px", "worst-in-front", |f| (f.counts.outside.in_front, f.counts.inside.in_front)),
-        ("crack_px", "worst-crack", |f| (f.counts.crack, 0)),
-    ];
-    for (measure, picture, key) in counts {
-        // Of equals the first; those inside the band decide where there are none outside.
-        let (mut view, mut most) = (0, (0, 0));
-        for (i, f) in figures.iter().enumerate() {
-            if key(f) > most {
-                (view, most) = (i, key(f));
-            }
-        }
-        add(measure, picture, view, most.0 as f64, most.0 > 0);
-    }
-    let (mut view, mut most) = (0, 0.0);
-    for (i, f) in figures.iter().enumerate() {
-        if f.max_deviation > most {
-            (view, most) = (i, f.max_deviation);
-        }
-    }
-    add("max_deviation_px", "worst-deviation", view, most, most > 0.0);
-    if let Some(median) = by_psnr.get(by_psnr.len() / 2) {
-        names.entry(*median).or_insert_with(|| "typical".to_owned());
-    }
-    (worst, names)
-}
-
-/// Texels of all images that the scene's materials use, each image once.
-fn texels(scene: &Scene) -> u64 {
-    let mut images: BTreeMap<*const Image, u64> = BTreeMap::new();
-    for part in scene.objects.iter().flat_map(|o| &o.parts) {
-        let m = &part.material;
-        let used = [&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emissive_texture];
-        for texture in used.into_iter().flatten() {
-            images.insert(std::sync::Arc::as_ptr(&texture.image), texture.image.texels.len() as u64);
-        }
-    }
-    images.values().sum()
 }

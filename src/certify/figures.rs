@@ -3,9 +3,12 @@
 use super::{classes::ClassCounts, measure::ViewFigures};
 use serde::Serialize;
 
+/// Decimals of a ratio of pixels: a single pixel of a hundred million shows.
+const RATIO_PLACES: i32 = 8;
+
 /// Rounds to `places` decimals.
 pub(super) fn rounded(x: f64, places: i32) -> f64 {
-    let scale = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6][places.clamp(0, 6) as usize];
+    let scale = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8][places.clamp(0, 8) as usize];
     (x * scale).round() / scale
 }
 
@@ -23,9 +26,32 @@ pub struct MeanMax {
     pub max: f64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// Pixels of a kind in a view.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Count {
+    pub mean: f64,
+    pub max: f64,
+    /// Over the original's covered pixels, all views together.
+    pub ratio: f64,
+}
+
+/// Pixels of a kind in all views.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Total {
     pub total: u64,
+    /// Over the original's covered pixels.
+    pub ratio: f64,
+}
+
+/// Pixels of the original that the stand-in shows nowhere near (see [`super::lost`]).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LostDetail {
+    pub mean: f64,
+    pub max: f64,
+    /// Over the original's covered pixels, all views together.
+    pub ratio: f64,
+    /// The same of those inside the band: thin parts and outlines. No other count outside the band has them.
+    pub band_ratio: f64,
 }
 
 /// What happens within the band around the original's discontinuities.
@@ -37,10 +63,10 @@ pub struct Band {
     pub differing_ratio: f64,
     /// The pixels of the band over the original's covered pixels; all views together.
     pub share: f64,
-    pub missing_px: MeanMax,
-    pub extra_px: MeanMax,
-    pub wrong_surface_px: MeanMax,
-    pub in_front_px: MeanMax,
+    pub missing_px: Count,
+    pub extra_px: Count,
+    pub wrong_surface_px: Count,
+    pub in_front_px: Count,
 }
 
 /// What was measured over many views. Pixel counts are a view's.
@@ -52,12 +78,13 @@ pub struct Figures {
     pub ssim: MeanMin,
     pub ssim_object: MeanMin,
     /// Outside the band, as the next three.
-    pub missing_px: MeanMax,
-    pub extra_px: MeanMax,
-    pub wrong_surface_px: MeanMax,
-    pub in_front_px: MeanMax,
-    /// Over all views.
+    pub missing_px: Count,
+    pub extra_px: Count,
+    pub wrong_surface_px: Count,
+    pub in_front_px: Count,
     pub crack_px: Total,
+    /// Inside and outside the band.
+    pub lost_detail_px: LostDetail,
     pub band: Band,
     pub max_deviation_px: f64,
     /// Pixels where the stand-in shows the back of a single-sided material, which engines do not draw; here it was drawn.
@@ -85,9 +112,16 @@ impl Figures {
             MeanMax { mean: rounded(sum as f64 / views.len() as f64, 3), max: max as f64 }
         };
         let sum = |f: &dyn Fn(&ViewFigures) -> u64| views.iter().map(f).sum::<u64>();
-        let class = |side: &dyn Fn(&ViewFigures) -> ClassCounts, f: fn(&ClassCounts) -> u64| most(&|v| f(&side(v)));
-        let (outside, inside) = (|v: &ViewFigures| v.counts.outside, |v: &ViewFigures| v.counts.inside);
         let covered = sum(&|v| v.counts.covered).max(1) as f64;
+        let ratio = |of: u64| rounded(of as f64 / covered, RATIO_PLACES);
+        let count = |f: &dyn Fn(&ViewFigures) -> u64| {
+            let MeanMax { mean, max } = most(f);
+            Count { mean, max, ratio: ratio(sum(f)) }
+        };
+        let class = |side: &dyn Fn(&ViewFigures) -> ClassCounts, f: fn(&ClassCounts) -> u64| count(&|v| f(&side(v)));
+        let lost = count(&|v| v.counts.outside.lost + v.counts.inside.lost);
+        let cracks = sum(&|v| v.counts.crack);
+        let (outside, inside) = (|v: &ViewFigures| v.counts.outside, |v: &ViewFigures| v.counts.inside);
         Self {
             psnr_y_db: least(3, &mut views.iter().map(|v| v.psnr)),
             psnr_y_object_db: least(3, &mut views.iter().filter_map(|v| v.psnr_object)),
@@ -97,7 +131,13 @@ impl Figures {
             extra_px: class(&outside, |c| c.extra),
             wrong_surface_px: class(&outside, |c| c.wrong_surface),
             in_front_px: class(&outside, |c| c.in_front),
-            crack_px: Total { total: sum(&|v| v.counts.crack) },
+            crack_px: Total { total: cracks, ratio: ratio(cracks) },
+            lost_detail_px: LostDetail {
+                mean: lost.mean,
+                max: lost.max,
+                ratio: lost.ratio,
+                band_ratio: ratio(sum(&|v| v.counts.inside.lost)),
+            },
             band: Band {
                 px: band_px,
                 differing_ratio: rounded(sum(&|v| v.counts.inside.total()) as f64 / covered, 6),

@@ -14,10 +14,6 @@ const MARGIN: f64 = 32.0;
 pub struct Frame {
     /// The part that is rendered: the same camera and pixels, cut out.
     pub window: View,
-    /// The window's first pixel in the whole picture.
-    pub origin: [u32; 2],
-    /// Width and height of the whole picture.
-    pub size: [u32; 2],
     /// Pixels of the whole picture.
     pub pixels: f64,
 }
@@ -57,8 +53,7 @@ impl Frame {
             }
             Projection::Orthographic { .. } => *view,
         };
-        let origin = if window == *view { [0, 0] } else { [x0 as u32, y0 as u32] };
-        Self { window, origin, size, pixels: f64::from(size[0]) * f64::from(size[1]) }
+        Self { window, pixels: f64::from(size[0]) * f64::from(size[1]) }
     }
 }
 
@@ -73,11 +68,12 @@ mod tests {
         let bounds = Aabb { min: DVec3::new(0.0, -1.0, -22.0), max: DVec3::new(4.0, 1.0, -20.0) };
         let frame = Frame::around(&view, &bounds, 2.5);
         assert!(frame.pixels == 512.0 * 512.0 && frame.window.width < 300 && frame.window.height < 200);
+        let ((x, y, _), (u, v, _)) = (view.project(bounds.min), frame.window.project(bounds.min));
+        // The window's first pixel in the whole picture.
+        let origin = [(x - u).round(), (y - v).round()];
         for p in bounds.corners() {
             let ((x, y, z), (u, v, w)) = (view.project(p), frame.window.project(p));
-            assert!(
-                (x - u - f64::from(frame.origin[0])).abs() < 1e-9 && (y - v - f64::from(frame.origin[1])).abs() < 1e-9
-            );
+            assert!((x - u - origin[0]).abs() < 1e-9 && (y - v - origin[1]).abs() < 1e-9);
             assert!(z == w && u >= 34.0 && v >= 34.0);
             assert!(u <= f64::from(frame.window.width) - 34.0 && v <= f64::from(frame.window.height) - 34.0);
         }
@@ -87,6 +83,6 @@ mod tests {
     fn what_surrounds_the_eye_takes_the_whole_view() {
         let view = View::look_at(DVec3::ZERO, -DVec3::Z, DVec3::Y, 0.8, 64, 64, 0.1, 50.0);
         let frame = Frame::around(&view, &Aabb { min: DVec3::splat(-5.0), max: DVec3::splat(5.0) }, 2.5);
-        assert_eq!((frame.window.width, frame.window.height, frame.origin), (64, 64, [0, 0]));
+        assert_eq!(frame.window, view);
     }
 }

@@ -64,6 +64,32 @@ pub struct ViewFigures {
     pub back_facing: u64,
 }
 
+/// One line: what the view's pictures show.
+impl std::fmt::Display for ViewFigures {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let Counts { outside: o, inside: i, crack, .. } = self.counts;
+        if let Some(psnr) = self.psnr_object {
+            write!(f, "PSNR {psnr:.1} dB over the object; ")?;
+        }
+        write!(
+            f,
+            "pixels (and those at edges): missing {} ({}), extra {} ({}), wrong surface {} ({}), in front {} ({}), \
+             lost detail {} ({}), cracks {crack}; moved {:.1} px at most",
+            o.missing,
+            i.missing,
+            o.extra,
+            i.extra,
+            o.wrong_surface,
+            i.wrong_surface,
+            o.in_front,
+            i.in_front,
+            o.lost,
+            i.lost,
+            self.max_deviation
+        )
+    }
+}
+
 impl Shot {
     pub fn take(
         backend: &dyn Backend,

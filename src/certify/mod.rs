@@ -13,17 +13,23 @@ mod deviation;
 pub mod edges;
 mod figures;
 mod frame;
+mod lost;
 mod measure;
 mod nearby;
 pub mod parallax;
 mod pictures;
+mod requirements;
 mod shading;
+mod size;
+mod summary;
 pub mod views;
+mod worst;
 
-pub use about::{Better, Measure, measure, measures};
-pub use certificate::{Bound, Camera, Ceiling, Certificate, Flip, StandIn, WorstView};
-pub use compare::{CompareError, Comparison, Options, VIEWS_AT_ONCE, compare};
-pub use figures::{Band, Figures, MeanMax, MeanMin, Total};
+pub use about::{Better, Helps, Measure, measure, measures};
+pub use certificate::{About, Bound, Camera, Ceiling, Certificate, Flip, StandIn, WorstView};
+pub use compare::{CompareError, Comparison, Context, Options, VIEWS_AT_ONCE, compare};
+pub use figures::{Band, Count, Figures, LostDetail, MeanMax, MeanMin, Total};
+pub use requirements::{Limits, Requirement, Verdict};
 pub use shading::Choice;
 pub use views::Sampling;
 

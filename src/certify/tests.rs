@@ -57,15 +57,20 @@ fn options(bound: f64) -> Options {
         sampling: Sampling { views: 9, seed: 1, resolution: 160, fov: 45_f64.to_radians() },
         samples_per_axis: 2,
         shading: Choice::Auto,
-        bound: Bound { kind: "test".into(), value: bound, unit: "px".into() },
+        bound: Bound { kind: "test".into(), value: bound, unit: "px".into(), held: false },
         stand_in: StandIn { name: String::new(), blake3: String::new() },
         bytes: 0,
         ceiling_views: 64,
     }
 }
 
+fn run(a: &Scene, b: &Scene, ceiling: Option<&Scene>, bound: f64) -> Result<Comparison, CompareError> {
+    let context = Context { backend: &Cpu, stop: &Stop::default(), progress: &|_, _| {} };
+    compare(a, b, ceiling, &CELL, &options(bound), context)
+}
+
 fn judge(original: &Scene, stand_in: &Scene, bound: f64) -> Certificate {
-    compare(original, stand_in, None, &CELL, &options(bound), &Cpu, &Stop::default()).unwrap().certificate
+    run(original, stand_in, None, bound).unwrap().certificate
 }
 
 /// Pixels that a metre at the wall spans, about.
@@ -79,7 +84,7 @@ fn a_scene_is_its_own_perfect_stand_in() {
         wall("a", PLACE, SIDE, |x, _| x % 7 != 0),
         wall("b", Vec3::new(1.0, 2.0, -26.0), 20.0, |_, _| true),
     ]);
-    let result = compare(&s, &s, Some(&s), &CELL, &options(2.0), &Cpu, &Stop::default()).unwrap();
+    let result = run(&s, &s, Some(&s), 2.0).unwrap();
     let c = &result.certificate;
     for f in [&c.figures, &c.ceiling.as_ref().unwrap().figures] {
         assert_eq!((f.psnr_y_db.min, f.psnr_y_object_db.min), (100.0, 100.0));
@@ -118,7 +123,7 @@ fn a_missing_column_is_a_crack() {
     let column = f64::from(SIDE) * px_per_metre();
     assert!(c.figures.crack_px.total as f64 >= 9.0 * 0.85 * column, "{} of {column}", c.figures.crack_px.total);
     assert!(c.figures.missing_px.mean >= 0.85 * column && c.figures.wrong_surface_px.max == 0.0);
-    assert!(c.worst_view["crack_px"].picture.is_some());
+    assert_eq!(c.worst_view["crack_px"].picture.as_deref(), Some("worst-crack"));
 }
 
 #[test]
@@ -191,6 +196,115 @@ fn steep_ground_cut_off_deviates_by_what_is_cut() {
     }
 }
 
+/// A wall with thin upright wires before it, each at `shift` metres from its place, or none of them.
+fn with_wires(shift: Option<f32>) -> Scene {
+    let mut objects = vec![wall("wall", Vec3::new(0.0, -4.0, -20.0), SIDE, |_, _| true)];
+    for (i, shift) in (0..6).zip(std::iter::repeat(shift)).filter_map(|(i, s)| Some((i, s?))) {
+        // About 1.5 px wide, and above the wall for half their height.
+        let mut wire = wall(&format!("wire {i}"), Vec3::ZERO, SIDE, |_, _| true);
+        let place = Vec3::new(i as f32 * 1.4 - 3.5 + shift, 0.0, -19.0);
+        wire.transform = Mat4::from_translation(place) * Mat4::from_scale(Vec3::new(0.016, 1.0, 1.0));
+        objects.push(wire);
+    }
+    scene(objects)
+}
+
+#[test]
+fn wires_that_vanish_are_lost_and_wires_that_move_are_not() {
+    let original = with_wires(Some(0.0));
+    let gone = judge(&original, &with_wires(None), 3.0);
+    assert!(gone.verdict >= Verdict::Visible, "{}", gone.sentence);
+    assert!(gone.sentence.contains("vanish"), "{}", gone.sentence);
+    let lost = gone.figures.lost_detail_px;
+    // All of it lies inside the band, where no other count would tell it from an outline that moved.
+    assert!(lost.ratio > 0.02 && lost.band_ratio == lost.ratio && gone.figures.missing_px.max == 0.0, "{lost:?}");
+    assert_eq!(gone.worst_view["lost_detail_px"].picture.as_deref(), Some("worst-lost-detail"));
+
+    let two_px = (2.0 / px_per_metre()) as f32;
+    let moved = judge(&original, &with_wires(Some(two_px)), 3.0);
+    assert!(moved.verdict <= Verdict::Good, "{}", moved.sentence);
+    assert_eq!(moved.figures.lost_detail_px.max, 0.0);
+    assert!(moved.figures.band.missing_px.mean > 100.0 && moved.bound.held);
+}
+
+#[test]
+fn verdicts_follow_the_figures_and_say_which() {
+    let whole = one(PLACE, |_, _| true);
+    let same = judge(&whole, &whole, 2.0);
+    assert_eq!((same.verdict, same.bound.held), (Verdict::Indistinguishable, true));
+    let holes = judge(&whole, &one(PLACE, |x, y| !(30..50).contains(&x) || !(30..50).contains(&y)), 2.0);
+    assert_eq!(holes.verdict, Verdict::Failed);
+    assert!(holes.sentence.contains("holes cover"), "{}", holes.sentence);
+    let cracked = judge(&whole, &one(PLACE, |x, y| x != 40 || y > 40), 2.0);
+    assert!(cracked.verdict >= Verdict::Visible && cracked.figures.crack_px.ratio > 2e-5, "{}", cracked.sentence);
+    // Every figure that decides is in the certificate with its limits, and is explained.
+    let json: serde_json::Value = serde_json::from_str(&cracked.to_json()).unwrap();
+    let first: Vec<&String> = json.as_object().unwrap().keys().collect();
+    assert!(cracked.to_json().starts_with("{\n  \"verdict\": \""), "{first:?}");
+    for r in json["requirements"].as_array().unwrap() {
+        let path = r["measure"].as_str().unwrap();
+        let value = path.split('.').try_fold(&json, |v, name| v.get(name)).and_then(serde_json::Value::as_f64);
+        assert_eq!(value, r["value"].as_f64(), "{path}");
+        assert!(json["about"][path]["about"].is_string(), "{path}");
+    }
+}
+
+#[test]
+fn a_deviation_beyond_the_bound_is_said() {
+    let shift = judge(&one(PLACE, |_, _| true), &one(PLACE + Vec3::X * 0.5, |_, _| true), 1.0);
+    assert!(!shift.bound.held && shift.sentence.contains("more than the 1 px meant"), "{}", shift.sentence);
+}
+
+#[test]
+fn a_certificate_has_no_number_that_is_not_explained() {
+    fn numbers(value: &serde_json::Value, path: &str, found: &mut Vec<String>) {
+        match value {
+            serde_json::Value::Object(members) => {
+                for (name, v) in members {
+                    let inner = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+                    numbers(v, &inner, found);
+                }
+            }
+            serde_json::Value::Number(_) => found.push(path.to_owned()),
+            _ => {}
+        }
+    }
+    let s = one(PLACE, |_, _| true);
+    let json = run(&s, &s, Some(&s), 2.0).unwrap().certificate.to_json();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let mut found = Vec::new();
+    numbers(&json, "", &mut found);
+    // How the views were drawn, and where the worst are, judge nothing.
+    found.retain(|p| !p.starts_with("sampling.") && !p.starts_with("worst_view."));
+    let mut explained: Vec<&str> = measures().iter().map(|m| m.path.as_str()).collect();
+    explained.sort_unstable();
+    found.sort_unstable();
+    assert_eq!(found, explained);
+}
+
+#[test]
+fn a_stand_in_that_is_heavier_says_so() {
+    let light = one(PLACE, |x, y| x < 40 || y < 40);
+    let said = |a: &Scene, b: &Scene| {
+        judge(a, b, 2.0).summary.iter().any(|line| line.starts_with("heavier than the original: 12,800 triangles"))
+    };
+    assert!(said(&light, &one(PLACE, |_, _| true)));
+    assert!(!said(&one(PLACE, |_, _| true), &light));
+}
+
+#[test]
+fn the_views_that_are_done_are_told() {
+    let s = one(PLACE, |_, _| true);
+    let most = std::sync::Mutex::new((0, 0));
+    let progress = |done: u64, total: u64| {
+        let mut most = most.lock().unwrap();
+        *most = (most.0.max(done), total);
+    };
+    let context = Context { backend: &Cpu, stop: &Stop::default(), progress: &progress };
+    compare(&s, &s, None, &CELL, &options(2.0), context).unwrap();
+    assert_eq!(*most.lock().unwrap(), (9, 9));
+}
+
 #[test]
 fn a_back_side_is_reported() {
     let mut turned = one(PLACE, |_, _| true);
@@ -203,7 +317,7 @@ fn a_back_side_is_reported() {
 #[test]
 fn empty_and_unseen_stand_ins_fail() {
     let s = one(PLACE, |_, _| true);
-    let run = |a: &Scene, b: &Scene| compare(a, b, None, &CELL, &options(2.0), &Cpu, &Stop::default());
+    let run = |a: &Scene, b: &Scene| run(a, b, None, 2.0);
     assert!(matches!(run(&s, &Scene::default()), Err(CompareError::EmptyStandIn)));
     assert!(matches!(run(&Scene::default(), &s), Err(CompareError::EmptyOriginal)));
     assert!(matches!(run(&s, &one(-PLACE, |_, _| true)), Err(CompareError::Unseen("stand-in", 9))));
@@ -226,14 +340,14 @@ fn colourless_scenes_are_compared_under_noise() {
 
 #[test]
 fn certificates_have_equal_bytes_on_any_number_of_threads() {
-    let run = |threads| {
+    let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let shifted = one(PLACE + Vec3::new(0.3, 0.1, -0.5), |x, _| x != 9);
-            compare(&one(PLACE, |_, _| true), &shifted, None, &CELL, &options(2.0), &Cpu, &Stop::default()).unwrap()
+            run(&one(PLACE, |_, _| true), &shifted, None, 2.0).unwrap()
         })
     };
-    let (a, b) = (run(1), run(3));
+    let (a, b) = (on(1), on(3));
     assert_eq!(a.certificate.to_json(), b.certificate.to_json());
     assert_eq!(a.pictures, b.pictures);
     let keys =

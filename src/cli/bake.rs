@@ -8,7 +8,8 @@ use super::{
     interrupt,
     pipeline::PipelineArgs,
     print,
-    quantity::{bytes, share, show_bytes, show_seconds},
+    quantity::{bytes, share},
+    summary::summary,
 };
 use crate::engine::{
     bake::{self, Forecast, Options, Outcome, Report},
@@ -116,46 +117,4 @@ fn forecast(report: &Report) -> String {
         None => "unknown",
     };
     report.nodes.iter().map(|n| format!("{:width$}  {}\n", n.name, word(n.forecast))).collect()
-}
-
-/// The last lines of a bake. `published`: whether it was one that publishes.
-fn summary(plan: &Plan, report: &Report, published: bool) -> String {
-    let mut out = String::new();
-    for bound in &report.unmet {
-        let measured = bound.measured.map_or("no number".to_owned(), |v| format!("{v}"));
-        let wanted = match (bound.min, bound.max) {
-            (Some(min), Some(max)) if min == max => format!("{min}"),
-            (Some(min), Some(max)) => format!("{min} … {max}"),
-            (Some(min), None) => format!("at least {min}"),
-            (None, Some(max)) => format!("at most {max}"),
-            (None, None) => "a number".to_owned(),
-        };
-        out += &format!("not met: {}: {} is {measured}, required {wanted}\n", bound.node, bound.path);
-    }
-    let word = match report.outcome {
-        Outcome::Baked => "baked",
-        Outcome::Failed => "failed",
-        Outcome::NotMet => "certificate not met",
-        Outcome::Interrupted => "interrupted",
-    };
-    out += &format!(
-        "{word}: {}, {} hits, {} ran, {}",
-        plan.name,
-        report.hits(),
-        report.runs(),
-        show_seconds(report.seconds)
-    );
-    if let Some(peak) = report.peak_memory {
-        out += &format!(", peak {}", show_bytes(peak));
-    }
-    if report.warnings > 0 {
-        out += &format!(", {} warning{}", report.warnings, if report.warnings == 1 { "" } else { "s" });
-    }
-    match report.outcome {
-        Outcome::Baked | Outcome::NotMet if published && !report.nodes.is_empty() => {
-            out += &format!(" → {}", report.folder.display());
-        }
-        _ => {}
-    }
-    out + "\n"
 }

@@ -1,8 +1,8 @@
 //! `farfield compare`.
 
-use super::{Done, Exit, backend::BackendArgs, interrupt, print};
+use super::{Done, Exit, backend::BackendArgs, interrupt, print, terminal, verdict};
 use crate::{
-    certify::{self, Bound, Choice, CompareError, Comparison, Sampling, StandIn},
+    certify::{self, Bound, Choice, CompareError, Comparison, Context, Sampling, StandIn},
     formats::{self, DiskFiles, Limits},
     image::encode_png,
     math::Stop,
@@ -52,9 +52,12 @@ pub struct Args {
     allow_outside: bool,
     #[command(flatten)]
     backend: BackendArgs,
-    /// Write certificate.json and pictures/ there; without it the certificate goes to standard output
+    /// Write certificate.json and pictures/ there
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Print the whole certificate as JSON instead of its verdict and summary
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -87,9 +90,13 @@ fn cell(text: &str) -> Result<Cell, String> {
 
 pub fn run(args: &Args) -> Done {
     let limits = Limits { allow_outside: args.allow_outside, ..Limits::default() };
-    let original = load(&args.original, &limits)?;
-    let stand_in = load(&args.stand_in, &limits)?;
-    let ceiling = args.ceiling.as_deref().map(|path| load(path, &limits)).transpose()?;
+    let stop = interrupt::stop()?;
+    for path in [Some(&args.original), Some(&args.stand_in), args.ceiling.as_ref()].into_iter().flatten() {
+        exists(path)?;
+    }
+    let original = load(&args.original, &limits, &stop)?;
+    let stand_in = load(&args.stand_in, &limits, &stop)?;
+    let ceiling = args.ceiling.as_deref().map(|path| load(path, &limits, &stop)).transpose()?;
     // Built-in scenes have no file.
     let bytes = regular::read(&args.stand_in).unwrap_or_default();
     let options = certify::Options {
@@ -106,7 +113,7 @@ pub fn run(args: &Args) -> Done {
             Shading::Lit => Choice::Lit,
             Shading::Noise => Choice::Noise,
         },
-        bound: Bound { kind: "given on the command line".into(), value: args.bound, unit: "px".into() },
+        bound: Bound { kind: "given on the command line".into(), value: args.bound, unit: "px".into(), held: false },
         stand_in: StandIn {
             name: args.stand_in.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
             blake3: if bytes.is_empty() { String::new() } else { blake3::hash(&bytes).to_hex().to_string() },
@@ -114,17 +121,70 @@ pub fn run(args: &Args) -> Done {
         bytes: bytes.len() as u64,
         ceiling_views: args.views,
     };
-    let stop = interrupt::stop()?;
     let backend = args.backend.open()?;
-    let comparison =
-        certify::compare(&original, &stand_in, ceiling.as_ref(), &args.cell, &options, backend.raster(), &stop)
-            .map_err(|e| Exit::say(exit_code(&e), e));
+    let bar = terminal::bar("views");
+    let progress = |done: u64, total: u64| {
+        bar.set_length(total);
+        bar.set_position(done);
+    };
+    let context = Context { backend: backend.raster(), stop: &stop, progress: &progress };
+    let comparison = certify::compare(&original, &stand_in, ceiling.as_ref(), &args.cell, &options, context);
+    bar.finish_and_clear();
     backend.warn();
-    let comparison = comparison?;
-    match &args.out {
-        Some(folder) => write(folder, &comparison).map_err(|e| Exit::say(1, e)),
-        None => print(&comparison.certificate.to_json()),
+    let comparison = comparison.map_err(|e| Exit::say(exit_code(&e), e))?;
+    if let Some(folder) = &args.out {
+        write(folder, &comparison).map_err(|e| Exit::say(1, e))?;
     }
+    let json = comparison.certificate.to_json();
+    if args.json {
+        return print(&json);
+    }
+    let certificate = serde_json::from_str(&json).map_err(|e| Exit::say(1, e))?;
+    print(&verdict::text(&certificate))?;
+    print(&figures(&comparison))?;
+    match &args.out {
+        Some(folder) => print(&format!("wrote {} and its pictures\n", folder.join("certificate.json").display())),
+        None => Ok(()),
+    }
+}
+
+/// What was counted, a line for each measure that found something.
+fn figures(comparison: &Comparison) -> String {
+    let f = &comparison.certificate.figures;
+    let counts = [
+        ("missing", f.missing_px, f.band.missing_px),
+        ("extra", f.extra_px, f.band.extra_px),
+        ("wrong surface", f.wrong_surface_px, f.band.wrong_surface_px),
+        ("in front", f.in_front_px, f.band.in_front_px),
+    ];
+    let mut out = String::new();
+    for (name, away, band) in counts {
+        if away.max + band.max > 0.0 {
+            let (mean, worst, edge, edge_worst) = (away.mean, away.max, band.mean, band.max);
+            out += &format!("  {name}: {mean} px a view (worst {worst}); at edges {edge} px (worst {edge_worst})\n");
+        }
+    }
+    let lost = f.lost_detail_px;
+    if lost.max > 0.0 {
+        out += &format!("  lost detail: {} px a view (worst {})\n", lost.mean, lost.max);
+    }
+    if f.crack_px.total > 0 {
+        out += &format!("  cracks: {} px in all views together\n", f.crack_px.total);
+    }
+    out + &format!(
+        "  outlines moved by {} px at most; of {} px that are covered\n",
+        f.max_deviation_px, f.covered_px.mean
+    )
+}
+
+/// A path that leads to no file is a wrong argument.
+fn exists(path: &Path) -> Done {
+    let builtin = path.to_str().is_some_and(|p| p.starts_with("builtin:"));
+    if builtin || path.is_file() {
+        return Ok(());
+    }
+    let what = if path.is_dir() { "it is a folder; expected a scene file" } else { "there is no such file" };
+    Err(Exit::say(2, format!("{}: {what}", path.display())))
 }
 
 fn exit_code(error: &CompareError) -> u8 {
@@ -135,15 +195,16 @@ fn exit_code(error: &CompareError) -> u8 {
     }
 }
 
-/// The scene at `path`; what it warns of goes to standard error, also where it fails.
-fn load(path: &Path, limits: &Limits) -> Result<Scene, Exit> {
+/// The scene at `path`; its warnings go to standard error, also where it fails.
+fn load(path: &Path, limits: &Limits, stop: &Stop) -> Result<Scene, Exit> {
     if let Some(name) = path.to_str().and_then(|p| p.strip_prefix("builtin:")) {
         let known = builtin::NAMES.join(", ");
         return builtin::make(name, 1)
             .ok_or_else(|| Exit::say(2, format!("there is no built-in scene `{name}`; there are {known}")));
     }
-    formats::load_with(path, &DiskFiles, limits, &Stop::default(), &mut |w| eprintln!("warning: {w}"))
-        .map_err(|e| Exit::say(1, e))
+    let mut warn = |text: String| eprintln!("{}", terminal::fill(&format!("warning: {text}")));
+    formats::load_with(path, &DiskFiles, limits, stop, &mut warn)
+        .map_err(|e| Exit::say(if stop.is_set() { 130 } else { 1 }, e))
 }
 
 fn write(folder: &Path, comparison: &Comparison) -> Result<(), String> {

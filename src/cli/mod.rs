@@ -16,6 +16,9 @@ mod pipeline;
 mod quantity;
 mod schema;
 pub mod stock;
+mod summary;
+mod terminal;
+mod verdict;
 mod why;
 
 use crate::engine::node::Registry;

@@ -22,6 +22,13 @@ pub enum Event<'a> {
         hits: u64,
         left: u64,
     },
+    /// A run is on its way: `done` of its `total` steps. `element` is absent where the node is not mapped.
+    Step {
+        node: &'a str,
+        element: Option<&'a str>,
+        done: u64,
+        total: u64,
+    },
     /// All elements of the node are settled. A node that is a hit as a whole has only this event.
     NodeFinished {
         node: &'a str,

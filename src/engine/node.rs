@@ -206,6 +206,8 @@ pub struct Ctx<'a> {
     pub device: Option<&'a Device>,
     /// Receives what the user should know although the run succeeds; stored with the result, repeated on a hit.
     pub warn: &'a (dyn Fn(String) + Sync),
+    /// Is told how many of how many steps of the run are done, from any thread. What a step is, is the kind's matter.
+    pub progress: &'a (dyn Fn(u64, u64) + Sync),
 }
 
 /// A path parameter that names a file of the outside world: not part of the key, resolved against the

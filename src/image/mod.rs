@@ -1,5 +1,6 @@
-//! Pictures: linear and sRGB colour, filters, and the measures that compare two of them.
+//! Pictures: linear and sRGB colour, filters, drawing, and the measures that compare two of them.
 
+pub mod canvas;
 pub mod measure;
 pub mod picture;
 pub mod srgb;

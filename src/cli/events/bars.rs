@@ -1,7 +1,10 @@
 //! A bar per node that works, with elements done, cached and left, and an estimate of the time left.
 
 use super::plain;
-use crate::engine::events::{Event, Events};
+use crate::{
+    cli::terminal::fill,
+    engine::events::{Event, Events},
+};
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use std::{cell::RefCell, collections::BTreeMap, time::Duration};
 
@@ -11,11 +14,12 @@ pub struct Bars {
     nodes: RefCell<BTreeMap<String, ProgressBar>>,
 }
 
-fn style(elements: u64) -> ProgressStyle {
-    let template = if elements > 1 {
-        "{prefix:>16} {bar:30} {pos}/{len} {msg}, {eta} left"
+/// What a node's bar counts; a long line would break where the terminal ends, so the bar takes what is left.
+fn style(counted: bool) -> ProgressStyle {
+    let template = if counted {
+        "{prefix:>12!} {wide_bar} {pos}/{len} {msg}, {eta} left"
     } else {
-        "{prefix:>16} {spinner} {elapsed}"
+        "{prefix:>12!} {spinner} {elapsed}"
     };
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
@@ -25,8 +29,9 @@ impl Events for Bars {
         let mut nodes = self.nodes.borrow_mut();
         match *event {
             Event::NodeStarted { node, elements, hits } => {
-                let bar =
-                    self.all.add(ProgressBar::new(elements).with_style(style(elements)).with_prefix(node.to_owned()));
+                let bar = self
+                    .all
+                    .add(ProgressBar::new(elements).with_style(style(elements > 1)).with_prefix(node.to_owned()));
                 bar.set_position(hits);
                 bar.set_message(format!("({hits} cached)"));
                 bar.enable_steady_tick(Duration::from_millis(200));
@@ -36,6 +41,21 @@ impl Events for Bars {
                 if let Some(bar) = nodes.get(node) {
                     bar.set_position(done);
                     bar.set_message(format!("({hits} cached)"));
+                }
+            }
+            Event::Step { node, element, done, total } => {
+                let Some(bar) = nodes.get(node) else { return };
+                match element {
+                    // Of many elements the bar counts those that are finished.
+                    Some(_) if bar.length().is_some_and(|elements| elements > 1) => {
+                        bar.set_message(format!("({} % of one)", done * 100 / total.max(1)));
+                    }
+                    _ => {
+                        bar.set_style(style(true));
+                        bar.set_length(total);
+                        bar.set_position(done);
+                        bar.set_message("steps");
+                    }
                 }
             }
             Event::NodeFinished { node, .. } => {
@@ -53,7 +73,7 @@ impl Events for Bars {
         drop(nodes);
         if let Some(line) = plain::line(event) {
             // Above the bars; `println` would be silent where there is no terminal.
-            self.all.suspend(|| eprintln!("{line}"));
+            self.all.suspend(|| eprintln!("{}", fill(&line)));
         }
     }
 }

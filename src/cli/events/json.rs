@@ -26,6 +26,9 @@ fn value(event: &Event) -> Value {
         Event::Progress { node, done, hits, left } => {
             json!({ "event": "progress", "node": node, "done": done, "hits": hits, "left": left })
         }
+        Event::Step { node, element, done, total } => {
+            json!({ "event": "step", "node": node, "element": element, "done": done, "total": total })
+        }
         Event::NodeFinished { node, hits, runs, failed, skipped, seconds } => json!({
             "event": "node-finished", "node": node, "hits": hits, "runs": runs, "failed": failed, "skipped": skipped,
             "seconds": seconds

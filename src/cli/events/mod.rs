@@ -27,7 +27,7 @@ impl Style {
 
 pub fn receiver(style: Style) -> Box<dyn Events> {
     match style {
-        Style::Plain => Box::new(plain::Plain),
+        Style::Plain => Box::new(plain::Plain::new()),
         Style::Json => Box::new(json::Json),
         Style::Bars => Box::new(bars::Bars::default()),
     }

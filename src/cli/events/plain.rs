@@ -1,19 +1,45 @@
 //! One line per node that ran, warning, failure and file.
 
 use crate::{
-    cli::quantity::{show_bytes, show_seconds},
+    cli::{
+        quantity::{show_bytes, show_seconds},
+        terminal::fill,
+    },
     engine::{
         events::{Event, Events},
         schedule::Audit,
     },
 };
+use std::{
+    cell::Cell,
+    time::{Duration, Instant},
+};
 
-pub struct Plain;
+/// Between two lines that tell how far a run is.
+const STEP_EVERY: Duration = Duration::from_secs(5);
+
+pub struct Plain {
+    /// When something was said last.
+    said: Cell<Instant>,
+}
+
+impl Plain {
+    pub fn new() -> Self {
+        Self { said: Cell::new(Instant::now()) }
+    }
+}
 
 impl Events for Plain {
     fn event(&self, event: &Event) {
-        if let Some(line) = line(event) {
-            eprintln!("{line}");
+        let step = match *event {
+            Event::Step { node, element, done, total } if self.said.get().elapsed() >= STEP_EVERY => {
+                Some(format!("{}{done} of {total}", place(Some(node), element)))
+            }
+            _ => None,
+        };
+        if let Some(line) = step.or_else(|| line(event)) {
+            self.said.set(Instant::now());
+            eprintln!("{}", fill(&line));
         }
     }
 }

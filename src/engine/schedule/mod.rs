@@ -30,7 +30,7 @@ use super::{
     profile::Profile,
     record::BakeRecord,
     source::Root,
-    value::PortOut,
+    value::{PortOut, shown},
 };
 use crate::math::Stop;
 use held::Held;
@@ -99,7 +99,12 @@ pub(super) struct RunId {
     run: usize,
 }
 
-type Answer = (RunId, Done);
+/// What a task says to the schedule.
+enum Answer {
+    Done(RunId, Box<Done>),
+    /// So many of so many steps are done.
+    Step(RunId, u64, u64),
+}
 
 /// Who goes on when a lost value is there again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -301,9 +306,9 @@ impl<'a> Schedule<'a> {
     pub fn work(&mut self) -> Result<(), EngineError> {
         let result = self.work_inner();
         while self.running > 0 {
-            let Ok((id, done)) = self.answers.1.recv() else { break };
+            let Ok(answer) = self.answers.1.recv() else { break };
             // The first error is the one to tell; results are kept as far as the cache takes them.
-            let _ = self.settle(id, done);
+            let _ = self.take(answer);
         }
         self.cache.end()?;
         result?;
@@ -349,11 +354,23 @@ impl<'a> Schedule<'a> {
             }
         };
         let mut answer = first;
-        while let Some((id, done)) = answer {
-            self.settle(id, done)?;
+        while let Some(given) = answer {
+            self.take(given)?;
             answer = self.answers.1.try_recv().ok();
         }
         Ok(())
+    }
+
+    fn take(&mut self, answer: Answer) -> Result<(), EngineError> {
+        match answer {
+            Answer::Done(id, done) => self.settle(id, *done),
+            Answer::Step(id, done, total) => {
+                let element = shown(&self.nodes[id.node].runs[id.run].name);
+                let element = Some(element.as_str()).filter(|e| !e.is_empty());
+                self.events.event(&Event::Step { node: self.name(id.node), element, done, total });
+                Ok(())
+            }
+        }
     }
 
     /// Nothing new is started any more.

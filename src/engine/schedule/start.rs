@@ -1,6 +1,6 @@
 //! Starting runs: a slot, memory, the key's lock, one more look at the index, the inputs' bytes, and off.
 
-use super::{Cause, Run, RunId, Schedule, State, Waiter, open::sizes, task};
+use super::{Answer, Cause, Run, RunId, Schedule, State, Waiter, open::sizes, task};
 use crate::engine::{
     cache::{Stored, lock},
     elements::Taken,
@@ -191,6 +191,10 @@ impl Schedule<'_> {
             stop: self.stop.clone(),
             blobs: self.cache.blobs().clone(),
             device: self.options.device.clone(),
+            progress: {
+                let answer = self.answers.0.clone();
+                Box::new(move |done, total| drop(answer.send(Answer::Step(id, done, total))))
+            },
         };
         if !state.state.is_settled() {
             state.state = State::Running;
@@ -206,7 +210,7 @@ impl Schedule<'_> {
         let answer = self.answers.0.clone();
         pool.spawn(move || {
             // Nobody listens only if the schedule itself has ended by a panic.
-            let _ = answer.send((id, task::perform(task)));
+            let _ = answer.send(Answer::Done(id, Box::new(task::perform(task))));
         });
         Ok(())
     }

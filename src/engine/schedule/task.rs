@@ -18,7 +18,7 @@ use serde_json::Value;
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{Arc, Mutex, PoisonError},
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 /// Where a task finds an input value.
@@ -63,7 +63,12 @@ pub struct Task {
     pub stop: Stop,
     pub blobs: Blobs,
     pub device: Option<Arc<Device>>,
+    /// Is told how many of how many steps are done.
+    pub progress: Box<dyn Fn(u64, u64) + Send + Sync>,
 }
+
+/// Between two reports of a run's progress.
+const REPORT_EVERY: Duration = Duration::from_millis(100);
 
 /// What a run gave.
 pub struct Made {
@@ -110,7 +115,7 @@ fn perform_inner(
     shared: &mut Vec<(Digest, u64, Data)>,
     verified: &mut Vec<Digest>,
 ) -> Result<Made, TaskError> {
-    let Task { kind, params, inputs, element, roots, stop, blobs, device } = task;
+    let Task { kind, params, inputs, element, roots, stop, blobs, device, progress } = task;
     let spec = kind.spec();
     let mut lost = Vec::new();
     let mut slots = Vec::with_capacity(inputs.len());
@@ -152,7 +157,17 @@ fn perform_inner(
     let warnings = Mutex::new(Vec::new());
     // A kind may warn from many threads: their order is not the run's to give.
     let warn = |text: String| warnings.lock().unwrap_or_else(PoisonError::into_inner).push(text);
-    let ctx = Ctx { stop: &stop, door: &door, element: element.as_deref(), device: device.as_deref(), warn: &warn };
+    // A kind may take a million steps a second: nobody wants to read them all.
+    let reported = Mutex::new(Instant::now());
+    let progress = |done: u64, total: u64| {
+        let Ok(mut last) = reported.try_lock() else { return };
+        if last.elapsed() >= REPORT_EVERY {
+            *last = Instant::now();
+            progress(done, total);
+        }
+    };
+    let (element, device) = (element.as_deref(), device.as_deref());
+    let ctx = Ctx { stop: &stop, door: &door, element, device, warn: &warn, progress: &progress };
     let made = guard(|| {
         let slots = kind.run(&params, slots, &ctx).map_err(|e| match e {
             NodeError::Stopped(_) if stop.is_set() => TaskError::Stopped,
