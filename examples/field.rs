@@ -37,6 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         door: &NoDoor,
         element: None,
         device: None,
+        memory: 1 << 32,
         warn: &|w| println!("warning: {w}"),
         progress: &|_, _| {},
     };

@@ -72,7 +72,7 @@ const OUTSIDE: [u8; 3] = [150, 155, 160];
 
 impl Node for ClassifyPoints {
     const KIND: &'static str = "classify-points";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;

@@ -16,7 +16,8 @@ use std::{
 
 /// Loads a scene: glTF 2.0 and GLB, OBJ with MTL, PLY, or a scene TOML that places such files: a table `[[place]]` for
 /// each copy, with `file`, `name`, `translate` (metres), `rotate_deg` or `quaternion`, and `scale`. docs/scene.md describes
-/// it and what is read of each format. Lengths are metres, Y is up. Objects are the nodes that have a mesh, named by their path in the file; what is animated is read in rest pose.
+/// it and what is read of each format. Lengths are metres, Y is up. Objects are the nodes that have a mesh, named by their path
+/// in the file; skins and morph weights are read in the pose that the file's nodes hold, animations are not played.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
@@ -24,6 +25,9 @@ pub struct Params {
     pub path: SourcePath,
     /// Whether the scene may name files outside its own folder.
     pub allow_outside: bool,
+    /// Which sides of single-sided materials are there: `file` shows what engines show, so that the near wall of a room is no obstacle
+    /// where its back is seen (glTF: `doubleSided`); `double` shows both sides of everything. Materials of OBJ and PLY have two sides.
+    pub sides: SidesOf,
     /// Most texels that all images together may have, in millions.
     pub max_megatexels: f64,
     /// Most triangles, every instance counted, in millions.
@@ -32,11 +36,23 @@ pub struct Params {
     pub max_megavertices: f64,
 }
 
+/// Whose word counts for the sides of materials.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SidesOf {
+    /// The file's.
+    #[default]
+    File,
+    /// Nobody's: all materials have two sides.
+    Double,
+}
+
 impl Default for Params {
     fn default() -> Self {
         Self {
             path: SourcePath::default(),
             allow_outside: false,
+            sides: SidesOf::File,
             max_megatexels: 512.0,
             max_megatriangles: 1000.0,
             max_megavertices: 250.0,
@@ -100,6 +116,7 @@ impl Node for LoadScene {
         if scene.triangle_count() == 0 {
             return Err(NodeError::Failed(format!("{path}: the scene has no triangles")));
         }
+        let scene = if params.sides == SidesOf::Double { scene.with_both_sides() } else { scene };
         Ok(Out { scene: Arc::new(scene) })
     }
 }
@@ -130,6 +147,7 @@ fn load(params: &Params, ctx: &Ctx) -> Result<Scene, NodeError> {
     let limits = Limits {
         allow_outside: params.allow_outside,
         texels: millions(params.max_megatexels),
+        bytes: ctx.memory,
         triangles: millions(params.max_megatriangles),
         vertices: millions(params.max_megavertices),
         ..Limits::default()
@@ -140,6 +158,9 @@ fn load(params: &Params, ctx: &Ctx) -> Result<Scene, NodeError> {
         (FormatError::Stopped(s), _) => NodeError::Stopped(s),
         // The door's own error says more than the reader that met it.
         (_, Some(failed)) => failed,
+        (e @ FormatError::Limit { what: formats::DECODING, .. }, None) => {
+            NodeError::Failed(format!("{e}; --memory gives more"))
+        }
         (e, None) => NodeError::from_error(&e),
     })
 }
@@ -181,7 +202,7 @@ mod tests {
         fn read(&self, path: &Path) -> Result<Option<Bytes>, NodeError> {
             self.1.lock().unwrap().push(path.to_owned());
             match path.to_str() {
-                Some("/w/a.obj") => Ok(Some(Arc::new(self.0.as_bytes().to_vec()))),
+                Some("/w/a.obj" | "/w/a.gltf") => Ok(Some(Arc::new(self.0.as_bytes().to_vec()))),
                 Some("/w/locked.glb") => Err(NodeError::Failed("/w/locked.glb: permission denied".into())),
                 _ => Ok(None),
             }
@@ -193,7 +214,15 @@ mod tests {
         let warnings = Mutex::new(Vec::new());
         let stop = Stop::default();
         let warn = |w| warnings.lock().unwrap().push(w);
-        let ctx = Ctx { stop: &stop, door: &world, element: None, device: None, warn: &warn, progress: &|_, _| {} };
+        let ctx = Ctx {
+            stop: &stop,
+            door: &world,
+            element: None,
+            device: None,
+            memory: 1 << 32,
+            warn: &warn,
+            progress: &|_, _| {},
+        };
         let params = Params { path: SourcePath(path.into()), ..Params::default() };
         let out = LoadScene::run(&params, In {}, &ctx).map(|o| o.scene).map_err(|e| e.to_string());
         let warnings = std::mem::take(&mut *warnings.lock().unwrap());
@@ -251,5 +280,41 @@ mod tests {
         assert_eq!(run("/w/no.glb", "").0.unwrap_err(), "/w/no.glb: no such file");
         assert_eq!(run("/w/locked.glb", "").0.unwrap_err(), "/w/locked.glb: permission denied");
         assert_eq!(run("/w/a.obj", "v 0 0 0\n").0.unwrap_err(), "/w/a.obj: the scene has no triangles");
+    }
+
+    /// A triangle of glTF's default sides whose texture claims 2000 × 2000 texels.
+    const LARGE: &str = r#"{ "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "material": 0 }] }],
+        "materials": [{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }],
+        "textures": [{ "source": 0 }],
+        "images": [{ "uri": "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAB9AAAAfQCAYAAACaOMR5AAAAAElEQVQ1rwYeAAAAAElFTkSuQmCC" }],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+        "buffers": [{ "byteLength": 36, "uri": "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA" }] }"#;
+
+    fn run_gltf(text: &'static str, sides: SidesOf, memory: u64) -> Result<Arc<Scene>, String> {
+        let world = World(text, Mutex::default());
+        let stop = Stop::default();
+        let ctx = Ctx { stop: &stop, door: &world, element: None, device: None, memory, warn: &|_| {}, progress: &|_, _| {} };
+        let params = Params { path: SourcePath("/w/a.gltf".into()), sides, ..Params::default() };
+        LoadScene::run(&params, In {}, &ctx).map(|o| o.scene).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn pictures_obey_the_memory_of_the_run() {
+        assert_eq!(
+            run_gltf(LARGE, SidesOf::File, 30_000_000).unwrap_err(),
+            "/w/a.gltf: images[0], 2000 × 2000: 32000000 bytes to decode all images; the limit is 30000000; --memory \
+             gives more"
+        );
+    }
+
+    #[test]
+    fn sides_are_the_files_or_both() {
+        let plain = LARGE.replace(r#", "material": 0"#, "").leak();
+        for (sides, both) in [(SidesOf::File, false), (SidesOf::Double, true)] {
+            let scene = run_gltf(plain, sides, 1 << 20).unwrap();
+            assert_eq!(scene.objects[0].parts[0].material.double_sided, both);
+        }
     }
 }

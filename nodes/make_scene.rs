@@ -53,7 +53,7 @@ pub struct MakeScene;
 
 impl Node for MakeScene {
     const KIND: &'static str = "make-scene";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;

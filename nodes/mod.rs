@@ -120,7 +120,15 @@ mod tests {
         let geometry = crate::raster::Geometry::new(&scene);
         let stop = Stop::default();
         let run = |device: Option<&Device>| {
-            let ctx = Ctx { stop: &stop, door: &Closed, element: None, device, warn: &|_| {}, progress: &|_, _| {} };
+            let ctx = Ctx {
+                stop: &stop,
+                door: &Closed,
+                element: None,
+                device,
+                memory: 1 << 32,
+                warn: &|_| {},
+                progress: &|_, _| {},
+            };
             crate::sprite::judge(backend(&ctx), &geometry, &[direction], 16, &stop).is_ok()
         };
         let blind: Arc<dyn Backend> = Arc::new(Blind);

@@ -21,7 +21,8 @@ use std::sync::Arc;
 
 /// Captures the visible surfaces as layers of voxels. Layers are placed so that from anywhere in the view cell a
 /// point appears at most one pixel from its voxel. Each layer is rendered between its borders from the cell's centre, and voxels
-/// that are occluded from the whole cell are left out. Geometry nearer than 1.5 times the cell's half extent, or nearer than
+/// that are occluded from the whole cell are left out. Triangles of single-sided materials that show their back to the whole cell are
+/// left out too. Geometry nearer than 1.5 times the cell's half extent, or nearer than
 /// `max_layers` allows, is kept as geometry. Source: Jeschke and Wimmer, Textured Depth Meshes, 2002, section 4.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -71,7 +72,7 @@ pub struct RenderSlices;
 
 impl Node for RenderSlices {
     const KIND: &'static str = "render-slices";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -106,7 +107,7 @@ impl Node for RenderSlices {
         let (scene, cell) = (&*inputs.scene, &*inputs.cell);
         let samples = samples_per_side(params.samples).unwrap_or(2);
         let geometry = Geometry::new(scene);
-        let soup = Soup::new(&geometry, cell.centre);
+        let soup = Soup::new(&geometry, cell);
         if soup.corners.is_empty() {
             return Err(NodeError::Failed(
                 "no triangles are selected: the stand-in would be empty (materials whose alpha never reaches the cutoff \

@@ -97,7 +97,15 @@ mod tests {
 
     fn write(scene: Scene, near: Option<Scene>) -> Result<Arc<File>, String> {
         let stop = Stop::default();
-        let ctx = Ctx { stop: &stop, door: &Closed, element: None, device: None, warn: &|_| {}, progress: &|_, _| {} };
+        let ctx = Ctx {
+            stop: &stop,
+            door: &Closed,
+            element: None,
+            device: None,
+            memory: 1 << 32,
+            warn: &|_| {},
+            progress: &|_, _| {},
+        };
         let inputs = In { scene: Arc::new(scene), near: near.map(Arc::new) };
         WriteGlb::run(&Params::default(), inputs, &ctx).map(|o| o.glb).map_err(|e| e.to_string())
     }

@@ -38,8 +38,15 @@ const CELL: Cell = Cell { centre: DVec3::ZERO, half: DVec3::splat(0.5) };
 fn run(params: &Params, scene: &Arc<Scene>) -> (Result<Out, NodeError>, Vec<String>) {
     let warnings = Mutex::new(vec![]);
     let warn = |w: String| warnings.lock().unwrap().push(w);
-    let ctx =
-        Ctx { stop: &Stop::default(), door: &NoDoor, element: None, device: None, warn: &warn, progress: &|_, _| {} };
+    let ctx = Ctx {
+        stop: &Stop::default(),
+        door: &NoDoor,
+        element: None,
+        device: None,
+        memory: 1 << 32,
+        warn: &warn,
+        progress: &|_, _| {},
+    };
     let out = RenderSlices::run(params, In { scene: scene.clone(), cell: Arc::new(CELL) }, &ctx);
     (out, warnings.into_inner().unwrap())
 }
@@ -162,4 +169,49 @@ fn ranges_of_parameters() {
         assert_eq!(RenderSlices::check(&params).unwrap_err().0, name);
     }
     assert_eq!(RenderSlices::check(&small()), Ok(()));
+}
+
+/// The object with one side: its front, or what was its back.
+fn one_sided(mut object: Object, inward: bool) -> Object {
+    for part in &mut object.parts {
+        let mut mesh = (*part.mesh).clone();
+        if inward {
+            mesh.triangles = mesh.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
+        }
+        part.mesh = Arc::new(mesh);
+        part.material = Arc::new(Material { double_sided: false, ..Material::default() });
+    }
+    object
+}
+
+#[test]
+fn the_near_wall_of_a_room_is_not_there_where_it_shows_its_back() {
+    let lamp = || cuboid("lamp", [-0.3, -0.3, -7.3], [0.3, 0.3, -6.7]);
+    let room = || cuboid("room", [-2.0, -2.0, -9.0], [2.0, 2.0, -5.0]);
+    let names = |room: Object| seen(&run(&small(), &scene(vec![lamp(), room])).0.unwrap());
+    assert_eq!(names(room()), ["room"], "two-sided");
+    assert_eq!(names(one_sided(room(), false)), ["room"], "a box from outside");
+    assert_eq!(names(one_sided(room(), true)), ["lamp", "room"], "a room from outside");
+    // A mirroring transform leaves insides inside.
+    let mirrored =
+        |inward| Object { transform: Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0)), ..one_sided(room(), inward) };
+    assert_eq!(names(mirrored(true)), ["lamp", "room"]);
+    assert_eq!(names(mirrored(false)), ["room"]);
+}
+
+#[test]
+fn a_back_stays_where_some_of_the_cell_sees_the_front() {
+    // A sheet beside the line of sight that faces +X; the cell reaches to x = 0.5.
+    let sheet = |x: f32| {
+        let mut sheet = one_sided(cuboid("sheet", [x, -1.0, -7.0], [x, 1.0, -4.0]), false);
+        let mesh = (*sheet.parts[0].mesh).clone();
+        sheet.parts[0].mesh = Arc::new(Mesh { triangles: mesh.triangles[2..4].to_vec().into(), ..mesh });
+        sheet
+    };
+    let names = |x: f32| {
+        seen(&run(&small(), &scene(vec![cuboid("wall", [-4.0, -3.0, -9.1], [4.0, 3.0, -9.0]), sheet(x)])).0.unwrap())
+    };
+    assert_eq!(names(0.3), ["sheet", "wall"]);
+    assert_eq!(names(0.7), ["wall"]);
+    assert_eq!(names(-0.7), ["sheet", "wall"], "faces the cell");
 }

@@ -4,7 +4,7 @@ use super::{
     certificate::{Bound, Camera, Ceiling, Certificate, Flip, Sampling as Sampled, StandIn},
     figures::{Figures, rounded},
     frame::Frame,
-    measure::{Reference, Setting, Shot, ViewFigures},
+    measure::{Reference, Setting, Shot, ViewFigures, back_facing},
     pictures::{Caption, sheet},
     requirements::Verdict,
     shading::{self, Choice},
@@ -262,7 +262,8 @@ impl Judge<'_> {
         let one = |(i, frame): (usize, &Frame)| {
             let reference = self.reference(&frame.window)?;
             let judged = |shader: &Shader| -> Result<ViewFigures, Stopped> {
-                Ok(reference.measure(&self.shot(shader, &frame.window)?, shader.geometry, frame))
+                let backs = back_facing(self.context.backend, shader.geometry, &frame.window, self.context.stop)?;
+                Ok(reference.measure(&self.shot(shader, &frame.window)?, shader.geometry, frame, backs))
             };
             let ceiling = self.ceiling.as_ref().filter(|_| i < ceiling_views).map(judged).transpose()?;
             let figures = (judged(&self.stand_in)?, ceiling);

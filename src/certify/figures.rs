@@ -87,7 +87,7 @@ pub struct Figures {
     pub lost_detail_px: LostDetail,
     pub band: Band,
     pub max_deviation_px: f64,
-    /// Pixels where the stand-in shows the back of a single-sided material, which engines do not draw; here it was drawn.
+    /// Pixels where the stand-in's nearest surface is the back of a single-sided material. As in engines it is not drawn.
     pub back_facing_px: MeanMax,
     /// The original's.
     pub covered_px: MeanMax,

@@ -60,7 +60,7 @@ pub struct ViewFigures {
     pub counts: Counts,
     /// See [`super::deviation`]; pixels.
     pub max_deviation: f64,
-    /// Pixels where the stand-in shows the back of a single-sided material, which engines do not draw.
+    /// See [`back_facing`].
     pub back_facing: u64,
 }
 
@@ -139,8 +139,8 @@ impl Reference {
         classify(&self.shot.surfaces(), &stand_in.surfaces(), &self.edges, &self.rule)
     }
 
-    /// Beside `frame`'s window both scenes show the background alone.
-    pub fn measure(&self, stand_in: &Shot, geometry: &Geometry, frame: &Frame) -> ViewFigures {
+    /// `back_facing`: see there. Beside `frame`'s window both scenes show the background alone.
+    pub fn measure(&self, stand_in: &Shot, geometry: &Geometry, frame: &Frame, back_facing: u64) -> ViewFigures {
         let (a, b) = (&self.shot, stand_in);
         let width = a.nearest.width as usize;
         let (sa, sb) = (a.surfaces(), b.surfaces());
@@ -156,7 +156,7 @@ impl Reference {
             ssim_object: mean_within(&similarity, &object),
             counts: self.classes(b).counts,
             max_deviation: self.max_deviation(b, geometry, &frame.window),
-            back_facing: back_facing(geometry, &frame.window, &b.nearest),
+            back_facing,
         }
     }
 }
@@ -177,8 +177,12 @@ fn plane(geometry: &Geometry, view: &View, triangle: u32) -> DVec3 {
     n / n.dot(a)
 }
 
-/// Pixels that show the back of a single-sided material.
-fn back_facing(geometry: &Geometry, view: &View, seen: &Nearest) -> u64 {
+/// Pixels that would show the back of a single-sided material if it were drawn. Engines do not draw it, nor do the pictures here.
+pub fn back_facing(backend: &dyn Backend, geometry: &Geometry, view: &View, stop: &Stop) -> Result<u64, Stopped> {
+    if geometry.draws().iter().all(|d| d.material.double_sided) {
+        return Ok(0);
+    }
+    let seen = nearest(backend, geometry, view, &Options::BOTH, stop)?;
     let mut last = (NOTHING, false);
     let back = |t: &&u32| {
         if last.0 != **t {
@@ -188,5 +192,5 @@ fn back_facing(geometry: &Geometry, view: &View, seen: &Nearest) -> u64 {
         }
         last.1
     };
-    seen.triangle.iter().filter(|t| **t != NOTHING).filter(back).count() as u64
+    Ok(seen.triangle.iter().filter(|t| **t != NOTHING).filter(back).count() as u64)
 }

@@ -307,11 +307,23 @@ fn the_views_that_are_done_are_told() {
 
 #[test]
 fn a_back_side_is_reported() {
-    let mut turned = one(PLACE, |_, _| true);
-    turned.objects[0].transform *= Mat4::from_rotation_y(std::f32::consts::PI);
-    let f = judge(&one(PLACE, |_, _| true), &turned, 2.0).figures;
-    assert!(f.back_facing_px.mean > 0.95 * f.covered_px.mean);
-    assert_eq!(f.missing_px.max, 0.0);
+    let two = |turn: f32, double_sided: bool| {
+        let mut near = wall("near", PLACE, SIDE, |_, _| true);
+        near.transform *= Mat4::from_rotation_y(turn);
+        near.parts[0].material = Arc::new(Material { double_sided, ..Material::default() });
+        // Something to see wherever the wall faces.
+        scene(vec![wall("far", PLACE + Vec3::new(6.0, 0.0, 0.0), SIDE, |_, _| true), near])
+    };
+    let half = std::f32::consts::PI;
+    let (facing, turned) = (two(0.0, false), two(half, false));
+    let f = judge(&facing, &turned, 2.0).figures;
+    assert!(f.back_facing_px.mean > 0.3 * f.covered_px.mean, "{f:?}");
+    assert!(f.missing_px.mean > 0.0, "what engines do not draw is missing: {f:?}");
+    // Both sides of the same wall, and a wall that shows its back in both scenes.
+    for (a, b, backs) in [(&facing, &two(half, true), false), (&turned, &turned, true)] {
+        let f = judge(a, b, 2.0).figures;
+        assert_eq!((f.missing_px.max, f.back_facing_px.max > 0.0), (0.0, backs), "{f:?}");
+    }
 }
 
 #[test]

@@ -204,6 +204,8 @@ pub struct Ctx<'a> {
     pub element: Option<&'a str>,
     /// What the program computes on, where it says so; kinds that can use it know its type. It changes no result.
     pub device: Option<&'a Device>,
+    /// Bytes that all runs may take together, as the user allows: what a file may make a kind allocate stays below it.
+    pub memory: u64,
     /// Receives what the user should know although the run succeeds; stored with the result, repeated on a hit.
     pub warn: &'a (dyn Fn(String) + Sync),
     /// Is told how many of how many steps of the run are done, from any thread. What a step is, is the kind's matter.

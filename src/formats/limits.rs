@@ -7,6 +7,8 @@ pub struct Limits {
     pub allow_outside: bool,
     /// Texels of all images together.
     pub texels: u64,
+    /// Bytes that decoded images may take together, while they are decoded too; as many again that decompressed buffers may take.
+    pub bytes: u64,
     /// Vertices stored in all files together.
     pub vertices: u64,
     /// Triangles of all objects, every instance counted.
@@ -28,6 +30,7 @@ impl Default for Limits {
         Self {
             allow_outside: false,
             texels: 1 << 29,
+            bytes: 1 << 34,
             vertices: 1 << 28,
             triangles: 1 << 30,
             objects: 1 << 22,

@@ -12,6 +12,9 @@ use std::{
     sync::Arc,
 };
 
+/// What [`Limits::bytes`] bounds.
+pub const DECODING: &str = "bytes to decode all images";
+
 /// State shared by the readers of all files of one scene.
 pub(super) struct Loader<'a> {
     files: &'a dyn Files,
@@ -22,6 +25,8 @@ pub(super) struct Loader<'a> {
     root: PathBuf,
     folder: PathBuf,
     texels: u64,
+    /// Bytes of the decoded images that are kept.
+    image_bytes: u64,
     vertices: u64,
     triangles: u64,
     objects: u64,
@@ -29,6 +34,15 @@ pub(super) struct Loader<'a> {
     loaded: BTreeMap<PathBuf, Vec<Object>>,
     /// Scene files being read, the outermost first.
     open: Vec<PathBuf>,
+    /// What is said of many places: by file and text, the first place and how many more.
+    notes: Vec<Note>,
+}
+
+struct Note {
+    file: PathBuf,
+    what: String,
+    place: String,
+    more: usize,
 }
 
 /// An encoded image and what to call it.
@@ -50,7 +64,7 @@ impl<'a> Loader<'a> {
     ) -> Self {
         let folder = path.parent().map(Path::to_owned).unwrap_or_default();
         let (images, loaded) = Default::default();
-        let open = Vec::new();
+        let (open, notes) = Default::default();
         Self {
             files,
             limits,
@@ -59,17 +73,38 @@ impl<'a> Loader<'a> {
             root: path.to_owned(),
             folder,
             texels: 0,
+            image_bytes: 0,
             vertices: 0,
             triangles: 0,
             objects: 0,
             images,
             loaded,
             open,
+            notes,
         }
     }
 
     pub fn warn(&mut self, file: &Path, what: impl std::fmt::Display) {
         (self.warn)(format!("{}: {what}", file.display()));
+    }
+
+    /// A warning about one of many places, such as `materials[3]`. Of equal ones the first is told, with how many more there are.
+    pub fn note(&mut self, file: &Path, place: &str, what: &str) {
+        match self.notes.iter_mut().find(|n| n.what == what && n.file == file) {
+            Some(note) => note.more += 1,
+            None => {
+                let (file, what, place) = (file.to_owned(), what.to_owned(), place.to_owned());
+                self.notes.push(Note { file, what, place, more: 0 });
+            }
+        }
+    }
+
+    /// Tells what was noted.
+    pub fn tell(&mut self) {
+        for Note { file, what, place, more } in std::mem::take(&mut self.notes) {
+            let more = if more > 0 { format!("; {more} more like it") } else { String::new() };
+            self.warn(&file, format_args!("{place}: {what}{more}"));
+        }
     }
 
     /// The objects of the file at `path`; a file that is placed twice is read once.
@@ -168,7 +203,7 @@ impl<'a> Loader<'a> {
         Err(FormatError::Limit { file: file.to_owned(), place: place.to_owned(), what, found: *used, limit })
     }
 
-    /// Decodes images, in parallel; the same bytes give the same `Arc`.
+    /// Decodes images, in parallel; the same bytes give the same `Arc`. As many are decoded at once as fit the limit of bytes.
     pub fn pictures(&mut self, file: &Path, pictures: &[Picture]) -> Result<Vec<Arc<Image>>, FormatError> {
         let hash = |p: &Picture| *blake3::hash(p.encoded()).as_bytes();
         let hashes: Vec<_> = pictures.iter().map(hash).collect();
@@ -177,20 +212,38 @@ impl<'a> Loader<'a> {
             if self.images.contains_key(h) || new.contains_key(h) {
                 continue;
             }
-            let (width, height) = picture::size(p.encoded()).map_err(|e| p.fault(file, e))?;
-            let place = format!("{}, {width} × {height}", p.place);
+            let claim = picture::claim(p.encoded()).map_err(|e| p.fault(file, e))?;
+            let place = format!("{}, {} × {}", p.place, claim.width, claim.height);
             let limit = self.limits.texels;
-            Self::count(&mut self.texels, width as u64 * height as u64, limit, "texels in all images", file, &place)?;
-            new.insert(*h, p);
+            Self::count(&mut self.texels, claim.texels(), limit, "texels in all images", file, &place)?;
+            let (kept, limit) = (self.image_bytes, self.limits.bytes);
+            let found = kept.saturating_add(claim.bytes);
+            if found > limit {
+                let file = file.to_owned();
+                return Err(FormatError::Limit { file, place, what: DECODING, found, limit });
+            }
+            self.image_bytes += claim.texels() * 4;
+            new.insert(*h, (p, claim));
         }
-        use rayon::prelude::*;
-        let decoded = new.into_par_iter().map(|(h, p)| {
-            self.stop.check()?;
-            let image = picture::decode(p.encoded(), &p.name, self.limits.texels).map_err(|e| p.fault(file, e))?;
-            Ok((h, Arc::new(image)))
-        });
-        let decoded = decoded.collect::<Result<Vec<_>, FormatError>>()?;
-        self.images.extend(decoded);
+        let mut rest: Vec<_> = new.into_iter().collect();
+        // What is kept of all, and beside it what decoding takes of those in work.
+        let spare = self.limits.bytes - self.image_bytes.min(self.limits.bytes);
+        while !rest.is_empty() {
+            let mut taken = 0u64;
+            let fits = |(_, (_, claim)): &&(_, (&Picture, picture::Claim))| {
+                taken = taken.saturating_add(claim.bytes - claim.texels() * 4);
+                taken <= spare
+            };
+            let n = rest.iter().take_while(fits).count().max(1);
+            use rayon::prelude::*;
+            let decoded = rest.par_drain(..n).map(|(h, (p, _))| {
+                self.stop.check()?;
+                let image = picture::decode(p.encoded(), &p.name, self.limits.bytes).map_err(|e| p.fault(file, e))?;
+                Ok((h, Arc::new(image)))
+            });
+            let decoded = decoded.collect::<Result<Vec<_>, FormatError>>()?;
+            self.images.extend(decoded);
+        }
         Ok(hashes.iter().map(|h| self.images[h].clone()).collect())
     }
 }

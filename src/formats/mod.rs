@@ -4,6 +4,7 @@
 //! that names file and place; it never panics, and never allocates what a number in the file only claims. Every file
 //! is read through [`Files`]. Objects are named by their path in the file.
 
+mod appearance;
 mod colors;
 pub mod dds;
 mod error;
@@ -28,6 +29,7 @@ pub use error::FormatError;
 pub use files::{DiskFiles, Files, real};
 pub use glb::{GlbOptions, write_glb};
 pub use limits::Limits;
+pub use loader::DECODING;
 
 use crate::{
     math::Stop,
@@ -50,7 +52,9 @@ pub fn load_with(
     warn: &mut dyn FnMut(String),
 ) -> Result<Scene, FormatError> {
     let mut loader = Loader::new(path, files, limits, stop, warn);
-    let objects = loader.objects(path)?;
+    let objects = loader.objects(path);
+    loader.tell();
+    let objects = objects?;
     Ok(names::assemble(objects))
 }
 

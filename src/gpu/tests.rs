@@ -408,7 +408,7 @@ fn parity_of_slices() {
         let (geometry, stop) = (Geometry::new(&scene), Stop::default());
         let centre = DVec3::new(0.3, 1.1, 9.7);
         let cell = Cell { centre, half: DVec3::splat(half) };
-        let soup = Soup::new(&geometry, centre);
+        let soup = Soup::new(&geometry, &cell);
         let lens = Lens { resolution: 300, fov: 0.8, max_layers: 200, max_side: 4000 };
         let slices = frame(&cell, &soup.corners, &lens, &stop).unwrap();
         let by = |backend| slice(backend, &scene, &geometry, &soup, &slices, 2, 2, &stop).unwrap();

@@ -6,7 +6,7 @@
 //!
 //! What always holds: a triangle's number is its place among all triangles of the scene, objects in their sorted order,
 //! parts and triangles in theirs; results do not depend on the number of threads or on how a view is cut into tiles.
-//! Back faces are drawn unless [`Options::cull_back`] says otherwise. Texels of a masked material whose alpha lies below
+//! Backs of single-sided materials are not drawn unless [`Options`] says so. Texels of a masked material whose alpha lies below
 //! the cutoff are holes; `BLEND` counts as a mask at 0.5. Alpha is read from the base level of its texture, so that a
 //! leaf far away is thinned out by sampling and not by an average that falls below the cutoff as a whole.
 
@@ -39,21 +39,42 @@ pub use geometry::{Geometry, Place};
 pub use light::Light;
 pub use nearest::{NOTHING, Nearest, nearest, nearest_in_tiles};
 pub use noise::Noise;
+pub(crate) use prepare::faces_any;
 pub use prepare::{Prepared, ScreenTriangle};
 pub use render::{Rendered, Rendering, picture, render};
 pub use shade::{Shader, Shading, Surface};
 pub use tile::Tile;
 
 pub(crate) use camera::Camera;
-pub(crate) use geometry::{Cutout, Draw};
+pub(crate) use geometry::Cutout;
+#[cfg(feature = "gpu")]
+pub(crate) use geometry::Draw;
 #[cfg(feature = "gpu")]
 pub(crate) use nearest::Samples;
 pub(crate) use patch::Holes;
 pub(crate) use shade::Facet;
 
+use glam::DVec3;
+
 /// What the rasteriser leaves out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Skip triangles seen from behind, except those of double-sided materials.
-    pub cull_back: bool,
+    pub sides: Sides,
+}
+
+/// Which sides of single-sided materials are there. Double-sided ones show both whatever is asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Sides {
+    /// Those that face the view, as engines draw.
+    #[default]
+    Facing,
+    /// Those that face one of these points (metres, world): what a view cell with these corners can see.
+    FacingAny([DVec3; 8]),
+    /// Both: a ray through a closed solid meets its back too.
+    Both,
+}
+
+impl Options {
+    /// With the backs of single-sided materials.
+    pub const BOTH: Self = Self { sides: Sides::Both };
 }

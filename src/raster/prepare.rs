@@ -3,7 +3,7 @@
 //! The result can be traversed many times. Within a tile triangles come in the order of their numbers.
 
 use super::{
-    Geometry, Options, Tile,
+    Geometry, Options, Sides, Tile,
     camera::{Camera, OUTSIDE, Vertex},
     clip::clip_to_view,
     cover::{Rect, SMALL, cover, doubled_area, may_cover, samples_within, small_mask},
@@ -184,7 +184,7 @@ impl<'a> Prepared<'a> {
                 stop.check()?;
                 let mut chunk = Chunk::default();
                 batch.for_triangles(i * CHUNK..(i + 1) * CHUNK, |item, range| {
-                    let setup = Setup { camera, grid, draw: item.draw, cull_back: options.cull_back };
+                    let setup = Setup::new(camera, grid, item.draw, options.sides);
                     let vertices = &vertices[item.vertex..];
                     let first = item.draw.first + range.start as u32;
                     for (number, indices) in (first..).zip(&item.draw.mesh.triangles[range]) {
@@ -356,10 +356,33 @@ struct Setup<'a> {
     camera: &'a Camera,
     grid: &'a Grid,
     draw: &'a Draw,
-    cull_back: bool,
+    sides: Sides,
 }
 
-impl Setup<'_> {
+impl<'a> Setup<'a> {
+    /// `sides` in world space.
+    fn new(camera: &'a Camera, grid: &'a Grid, draw: &'a Draw, sides: Sides) -> Self {
+        let sides = match sides {
+            _ if draw.material.double_sided => Sides::Both,
+            Sides::FacingAny(points) => Sides::FacingAny(points.map(|p| camera.world_to_camera(p))),
+            sides => sides,
+        };
+        Self { camera, grid, draw, sides }
+    }
+
+    /// Whether a triangle (corners in camera space) whose back the view sees is drawn.
+    fn shows_back(&self, p: &[DVec3; 3]) -> bool {
+        match &self.sides {
+            Sides::Both => true,
+            Sides::Facing => false,
+            Sides::FacingAny(points) => {
+                // Right, up and forward are left-handed: orientations are those of a mirror.
+                let corners = if self.draw.mirrored { *p } else { [p[0], p[2], p[1]] };
+                faces_any(&corners, points)
+            }
+        }
+    }
+
     fn triangle(&self, number: u32, v: [&Vertex; 3], out: &mut Vec<ScreenTriangle>) {
         let corners = v.map(|v| v.s);
         if corners.contains(&OUTSIDE) {
@@ -402,7 +425,7 @@ impl Setup<'_> {
         let area = doubled_area(&corners);
         // y points down: a front face runs counter-clockwise in space and has a negative area here.
         let back = (area > 0) != self.draw.mirrored;
-        if area == 0 || (back && self.cull_back && !self.draw.material.double_sided) {
+        if area == 0 || (back && !self.shows_back(&p)) {
             return;
         }
         if area < 0 {
@@ -428,6 +451,13 @@ impl Setup<'_> {
             plane: depth_plane(self.camera, p),
         });
     }
+}
+
+/// Whether a triangle, counter-clockwise from its front, faces one of some points.
+pub(crate) fn faces_any(corners: &[DVec3; 3], points: &[DVec3]) -> bool {
+    let [a, b, c] = *corners;
+    let normal = (b - a).cross(c - a);
+    points.iter().any(|p| normal.dot(*p - a) > 0.0)
 }
 
 /// The function of the pixel position that is 1/depth (perspective) or depth (orthographic) on the plane through `p`.

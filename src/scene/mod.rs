@@ -11,7 +11,7 @@ pub mod tables;
 
 use crate::{array::Array, math::Aabb};
 use glam::{Mat4, Vec3};
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 /// A scene. Objects share meshes, materials and images through `Arc`s.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -69,11 +69,13 @@ pub struct Material {
     pub emissive: [f32; 3],
     pub emissive_texture: Option<Texture>,
     pub alpha: Alpha,
+    /// False: only the front is there.
     pub double_sided: bool,
     /// KHR_materials_unlit.
     pub unlit: bool,
 }
 
+/// Both sides are shown: what formats without a say in it mean.
 impl Default for Material {
     fn default() -> Self {
         Self {
@@ -88,7 +90,7 @@ impl Default for Material {
             emissive: [0.0; 3],
             emissive_texture: None,
             alpha: Alpha::Opaque,
-            double_sided: false,
+            double_sided: true,
             unlit: false,
         }
     }
@@ -160,6 +162,21 @@ impl Object {
 impl Scene {
     pub fn bounds(&self) -> Aabb {
         self.objects.iter().fold(Aabb::EMPTY, |b, o| b.union(o.bounds()))
+    }
+
+    /// The scene with every material double-sided.
+    pub fn with_both_sides(mut self) -> Self {
+        let mut known = BTreeMap::new();
+        for part in self.objects.iter_mut().flat_map(|o| &mut o.parts) {
+            let from = part.material.clone();
+            // The original is kept beside its copy, so that no other takes its address.
+            let (_, both) = known.entry(Arc::as_ptr(&from).addr()).or_insert_with(|| {
+                let both = Arc::new(Material { double_sided: true, ..(*from).clone() });
+                (from, both)
+            });
+            part.material = both.clone();
+        }
+        self
     }
 
     pub fn triangle_count(&self) -> usize {

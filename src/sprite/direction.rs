@@ -90,7 +90,7 @@ pub fn judge(
     let mut judged = Vec::with_capacity(directions.len());
     for direction in directions {
         let frame = Frame::around(geometry, direction).ok_or(PeelError::Empty)?;
-        let prepared = Prepared::new(geometry, &frame.view(resolution), &Options::default(), stop)?;
+        let prepared = Prepared::new(geometry, &frame.view(resolution), &Options::BOTH, stop)?;
         let tiles = fragments_in_tiles(backend, &prepared, stop, |_, f| {
             let counts = f.offsets.windows(2).map(|o| o[1] - o[0]);
             (counts.clone().max().unwrap_or(0), counts.filter(|n| *n > 0).count())

@@ -165,7 +165,7 @@ pub fn peel(
     }
     let side = Tile::SIDE / samples * samples;
     let view = frame.view(resolution * samples);
-    let prepared = Prepared::with_tiles(geometry, &view, &Options::default(), side, stop)?;
+    let prepared = Prepared::with_tiles(geometry, &view, &Options::BOTH, side, stop)?;
     let tiles = fragments_in_tiles(backend, &prepared, stop, |tile, fragments| {
         let mut odd = Vec::new();
         let mut ray = |i: usize| -> Vec<f32> {

@@ -20,7 +20,7 @@ pub mod touch;
 pub mod valid;
 mod voxel_mesh;
 
-use crate::array::Array;
+use crate::{array::Array, math::Aabb};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
@@ -30,6 +30,12 @@ pub struct Cell {
     pub centre: DVec3,
     /// Half extents, each > 0.
     pub half: DVec3,
+}
+
+impl Cell {
+    pub fn corners(&self) -> [DVec3; 8] {
+        Aabb { min: self.centre - self.half, max: self.centre + self.half }.corners()
+    }
 }
 
 /// How a cell's surroundings are cut into frusta and layers. Distances are planar depths from the cell's centre, metres.

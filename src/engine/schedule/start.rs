@@ -195,6 +195,7 @@ impl Schedule<'_> {
                 let answer = self.answers.0.clone();
                 Box::new(move |done, total| drop(answer.send(Answer::Step(id, done, total))))
             },
+            memory: self.memory,
         };
         if !state.state.is_settled() {
             state.state = State::Running;

@@ -65,6 +65,8 @@ pub struct Task {
     pub device: Option<Arc<Device>>,
     /// Is told how many of how many steps are done.
     pub progress: Box<dyn Fn(u64, u64) + Send + Sync>,
+    /// See [`Ctx::memory`].
+    pub memory: u64,
 }
 
 /// Between two reports of a run's progress.
@@ -115,7 +117,7 @@ fn perform_inner(
     shared: &mut Vec<(Digest, u64, Data)>,
     verified: &mut Vec<Digest>,
 ) -> Result<Made, TaskError> {
-    let Task { kind, params, inputs, element, roots, stop, blobs, device, progress } = task;
+    let Task { kind, params, inputs, element, roots, stop, blobs, device, memory, progress } = task;
     let spec = kind.spec();
     let mut lost = Vec::new();
     let mut slots = Vec::with_capacity(inputs.len());
@@ -167,7 +169,7 @@ fn perform_inner(
         }
     };
     let (element, device) = (element.as_deref(), device.as_deref());
-    let ctx = Ctx { stop: &stop, door: &door, element, device, warn: &warn, progress: &progress };
+    let ctx = Ctx { stop: &stop, door: &door, element, device, memory, warn: &warn, progress: &progress };
     let made = guard(|| {
         let slots = kind.run(&params, slots, &ctx).map_err(|e| match e {
             NodeError::Stopped(_) if stop.is_set() => TaskError::Stopped,

@@ -20,7 +20,15 @@ impl Binary {
         self.0.extend_from_slice(bytes);
         self.0.resize(self.0.len().next_multiple_of(4), 0);
         let byte_length = bytes.len() as u64;
-        root.buffer_views.push(schema::View { buffer: 0, byte_offset, byte_length, byte_stride: None, target });
+        let extensions = schema::ViewExtensions::default();
+        root.buffer_views.push(schema::View {
+            buffer: 0,
+            byte_offset,
+            byte_length,
+            byte_stride: None,
+            target,
+            extensions,
+        });
         root.buffer_views.len() as u64 - 1
     }
 

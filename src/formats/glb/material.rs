@@ -129,6 +129,7 @@ impl<'a> Materials<'a> {
             extensions: schema::MaterialExtensions {
                 unlit: (options.unlit || row.unlit).then_some(schema::Unlit {}),
                 emissive_strength: strength,
+                ..Default::default()
             },
         }
     }
@@ -146,7 +147,11 @@ impl<'a> Materials<'a> {
             wrap_t: wrap(t.wrap[1]),
         };
         let sampler = position(&mut self.samplers, sampler);
-        let texture = schema::Texture { sampler: Some(sampler), source: Some(self.images[t.image as usize]) };
+        let texture = schema::Texture {
+            sampler: Some(sampler),
+            source: Some(self.images[t.image as usize]),
+            ..Default::default()
+        };
         let index = position(&mut self.textures, texture);
         let transform = schema::TextureTransform {
             offset: (t.offset != [0.0; 2]).then_some(t.offset),

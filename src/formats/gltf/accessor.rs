@@ -2,16 +2,45 @@
 //!
 //! Nothing is allocated before the accessor's range has been found inside its view and the view inside its buffer.
 
-use super::{FormatError, container::Span, schema};
-use std::{ops::Range, path::Path};
+use super::{FormatError, container::Span, meshopt, schema};
+use std::{
+    cell::{Cell, OnceCell},
+    path::Path,
+    sync::Arc,
+};
 
 /// The document's numbers.
 pub(super) struct Numbers<'a> {
     pub file: &'a Path,
     pub root: &'a schema::Root,
-    pub buffers: Vec<Span>,
+    /// `None` for a buffer without bytes, which only compressed views may name.
+    pub buffers: Vec<Option<Span>>,
     /// Most elements of an accessor without a view.
     pub implied: u64,
+    /// Decompressed views.
+    decoded: Vec<OnceCell<Span>>,
+    /// Bytes that decompressed views may still take.
+    room: Cell<u64>,
+}
+
+/// What an accessor is read as.
+#[derive(Clone, Copy)]
+pub(super) struct Want<'a> {
+    /// Who asks.
+    pub from: &'a str,
+    /// Components that an element may have.
+    pub widths: &'a [usize],
+    pub integers: Integers,
+    /// Stands for missing components.
+    pub fill: f32,
+    /// Elements that are known to be stored elsewhere: as many may be implied.
+    pub known: u64,
+}
+
+impl<'a> Want<'a> {
+    pub fn new(from: &'a str, widths: &'a [usize]) -> Self {
+        Self { from, widths, integers: Integers::AsTold, fill: 0.0, known: 0 }
+    }
 }
 
 /// glTF's component types.
@@ -48,9 +77,15 @@ impl Component {
 }
 
 /// Elements where they lie: element `i` at `i * stride`.
-struct Elements<'a> {
-    bytes: &'a [u8],
+struct Elements {
+    span: Span,
     stride: usize,
+}
+
+impl Elements {
+    fn bytes(&self) -> &[u8] {
+        self.span.get()
+    }
 }
 
 /// Whether integers are fractions of their type's maximum.
@@ -60,7 +95,13 @@ pub(super) enum Integers {
     Fractions,
 }
 
-impl Numbers<'_> {
+impl<'a> Numbers<'a> {
+    /// `bytes`: what decompressed views may take in all.
+    pub fn new(file: &'a Path, root: &'a schema::Root, buffers: Vec<Option<Span>>, implied: u64, bytes: u64) -> Self {
+        let decoded = root.buffer_views.iter().map(|_| OnceCell::new()).collect();
+        Self { file, root, buffers, implied, decoded, room: Cell::new(bytes) }
+    }
+
     fn bad(&self, index: u64, what: impl Into<String>) -> FormatError {
         FormatError::invalid(self.file, format!("accessors[{index}]"), what)
     }
@@ -77,44 +118,58 @@ impl Numbers<'_> {
         Ok(self.accessor(index, from)?.count)
     }
 
-    /// Where the bytes of a buffer view lie, and its stride.
-    pub fn view(&self, index: u64, from: &str) -> Result<(Span, Option<u64>), FormatError> {
-        let (buffer, range, stride) = self.locate(index, from)?;
-        Ok((Span { bytes: self.buffers[buffer].bytes.clone(), range }, stride))
+    /// Whether the file stores elements of accessor `index`, instead of implying zeros.
+    pub fn stored(&self, index: u64, from: &str) -> Result<bool, FormatError> {
+        let accessor = self.accessor(index, from)?;
+        Ok(accessor.buffer_view.is_some() || accessor.sparse.is_some())
     }
 
-    fn locate(&self, index: u64, from: &str) -> Result<(usize, Range<usize>, Option<u64>), FormatError> {
+    /// Where the bytes of a buffer view lie, and its stride. A compressed view is decompressed the first time.
+    pub fn view(&self, index: u64, from: &str) -> Result<(Span, Option<u64>), FormatError> {
         let views = &self.root.buffer_views;
         let missing = || format!("buffer view {index} does not exist; there are {}", views.len());
-        let view = usize::try_from(index).ok().and_then(|i| views.get(i));
-        let view = view.ok_or_else(|| FormatError::invalid(self.file, from, missing()))?;
+        let at = usize::try_from(index).ok().filter(|i| *i < views.len());
+        let at = at.ok_or_else(|| FormatError::invalid(self.file, from, missing()))?;
+        let view = &views[at];
+        let Some(packed) = view.extensions.meshopt.as_ref().or(view.extensions.khr_meshopt.as_ref()) else {
+            let span = self.range(index, view.buffer, view.byte_offset, view.byte_length)?;
+            return Ok((span, view.byte_stride));
+        };
+        let stride = Some(packed.byte_stride);
+        if let Some(span) = self.decoded[at].get() {
+            return Ok((span.clone(), stride));
+        }
+        let encoded = self.range(index, packed.buffer, packed.byte_offset, packed.byte_length)?;
+        let bytes = meshopt::decode(packed, encoded.get(), self.room.get());
+        let bytes = bytes.map_err(|what| FormatError::invalid(self.file, format!("bufferViews[{index}]"), what))?;
+        self.room.set(self.room.get() - bytes.len() as u64);
+        let span = Span::whole(Arc::new(bytes));
+        Ok((self.decoded[at].get_or_init(|| span).clone(), stride))
+    }
+
+    /// Bytes of a buffer, for view `index`.
+    fn range(&self, index: u64, buffer: u64, offset: u64, length: u64) -> Result<Span, FormatError> {
         let bad = |what: String| FormatError::invalid(self.file, format!("bufferViews[{index}]"), what);
-        let number = usize::try_from(view.buffer).unwrap_or(usize::MAX);
-        let buffer = self.buffers.get(number).ok_or_else(|| bad(format!("buffer {} does not exist", view.buffer)))?;
-        let size = buffer.range.len() as u64;
-        let end = view.byte_offset.checked_add(view.byte_length).filter(|end| *end <= size);
-        let end = end.ok_or_else(|| {
-            bad(format!("{} bytes at {} leave the buffer's {size}", view.byte_length, view.byte_offset))
+        let number = usize::try_from(buffer).unwrap_or(usize::MAX);
+        let all = self.buffers.get(number).ok_or_else(|| bad(format!("buffer {buffer} does not exist")))?;
+        let all = all.as_ref().ok_or_else(|| {
+            bad(format!("buffer {buffer} has neither a URI nor a binary chunk, and the view is not compressed"))
         })?;
-        let start = buffer.range.start;
-        Ok((number, start + view.byte_offset as usize..start + end as usize, view.byte_stride))
+        let size = all.range.len() as u64;
+        let end = offset.checked_add(length).filter(|end| *end <= size);
+        let end = end.ok_or_else(|| bad(format!("{length} bytes at {offset} leave the buffer's {size}")))?;
+        let start = all.range.start;
+        Ok(Span { bytes: all.bytes.clone(), range: start + offset as usize..start + end as usize })
     }
 
     /// `count` elements of `size` bytes each in a view, from `offset`.
-    fn elements(
-        &self,
-        index: u64,
-        view: u64,
-        offset: u64,
-        count: u64,
-        size: usize,
-    ) -> Result<Elements<'_>, FormatError> {
-        let (buffer, range, stride) = self.locate(view, &format!("accessors[{index}]"))?;
+    fn elements(&self, index: u64, view: u64, offset: u64, count: u64, size: usize) -> Result<Elements, FormatError> {
+        let (span, stride) = self.view(view, &format!("accessors[{index}]"))?;
         let stride = stride.unwrap_or(size as u64);
-        if !(size as u64..=252).contains(&stride) {
+        if !(size as u64..=256).contains(&stride) {
             return Err(self.bad(index, format!("byte stride {stride} for elements of {size} bytes")));
         }
-        let have = range.len() as u64;
+        let have = span.range.len() as u64;
         let need = match count {
             0 => Some(offset),
             n => (n - 1).checked_mul(stride).and_then(|b| b.checked_add(size as u64)?.checked_add(offset)),
@@ -124,22 +179,16 @@ impl Numbers<'_> {
                 format!("{count} elements of {size} bytes at {offset} leave the {have} bytes of buffer view {view}");
             return Err(self.bad(index, what));
         }
-        let all: &[u8] = (*self.buffers[buffer].bytes).as_ref();
-        Ok(Elements { bytes: &all[range][offset as usize..], stride: stride as usize })
+        let range = span.range.start + offset as usize..span.range.end;
+        Ok(Elements { span: Span { bytes: span.bytes, range }, stride: stride as usize })
     }
 
     /// The elements of an accessor, of one of the given widths, as vectors; missing components are `fill`.
-    pub fn vectors<const N: usize>(
-        &self,
-        index: u64,
-        from: &str,
-        widths: &[usize],
-        integers: Integers,
-        fill: f32,
-    ) -> Result<Vec<[f32; N]>, FormatError>
+    pub fn vectors<const N: usize>(&self, index: u64, want: &Want) -> Result<Vec<[f32; N]>, FormatError>
     where
         [f32; N]: bytemuck::Pod,
     {
+        let Want { from, widths, integers, fill, known } = *want;
         let a = self.accessor(index, from)?;
         let (component, width) = self.kind(index, a.component_type, &a.shape)?;
         if !widths.contains(&width) {
@@ -156,18 +205,18 @@ impl Numbers<'_> {
         };
         let mut out: Vec<[f32; N]> = match a.buffer_view {
             None => {
-                let count = self.implied(index, a)?;
+                let count = self.implied(index, a, known)?;
                 let mut zero = [fill; N];
                 zero[..width].fill(0.0);
                 vec![zero; count]
             }
             Some(view) => {
                 let e = self.elements(index, view, a.byte_offset, a.count, size)?;
-                let count = a.count as usize;
+                let (count, bytes) = (a.count as usize, e.bytes());
                 if component == Component::F32 && width == N && e.stride == size {
-                    bytemuck::pod_collect_to_vec(&e.bytes[..count * size])
+                    bytemuck::pod_collect_to_vec(&bytes[..count * size])
                 } else {
-                    (0..count).map(|i| vector(&e.bytes[i * e.stride..])).collect()
+                    (0..count).map(|i| vector(&bytes[i * e.stride..])).collect()
                 }
             }
         };
@@ -184,10 +233,11 @@ impl Numbers<'_> {
         };
         let size = component.size();
         let mut out = match a.buffer_view {
-            None => vec![0; self.implied(index, a)?],
+            None => vec![0; self.implied(index, a, 0)?],
             Some(view) => {
                 let e = self.elements(index, view, a.byte_offset, a.count, size)?;
-                (0..a.count as usize).map(|i| get(&e.bytes[i * e.stride..])).collect()
+                let bytes = e.bytes();
+                (0..a.count as usize).map(|i| get(&bytes[i * e.stride..])).collect()
             }
         };
         self.replace(index, a, size, |i, bytes| out[i] = get(bytes))?;
@@ -201,14 +251,17 @@ impl Numbers<'_> {
             "VEC2" => 2,
             "VEC3" => 3,
             "VEC4" => 4,
-            other => return Err(self.bad(index, format!("a {other} where a scalar or vector is needed"))),
+            "MAT4" => 16,
+            other => {
+                return Err(self.bad(index, format!("a {other} where a scalar, a vector or a 4 × 4 matrix is needed")));
+            }
         };
         Ok((component, width))
     }
 
     /// The length of an accessor whose elements are zero because it has no view.
-    fn implied(&self, index: u64, a: &schema::Accessor) -> Result<usize, FormatError> {
-        if a.count > self.implied {
+    fn implied(&self, index: u64, a: &schema::Accessor, known: u64) -> Result<usize, FormatError> {
+        if a.count > self.implied.max(known) {
             let what = format!("{} elements that are not stored; at most {} may be implied", a.count, self.implied);
             return Err(self.bad(index, what));
         }
@@ -232,11 +285,11 @@ impl Numbers<'_> {
         let at = &sparse.values;
         let values = self.elements(index, at.buffer_view, at.byte_offset, sparse.count, size)?;
         for i in 0..sparse.count as usize {
-            let target = get(&indices.bytes[i * indices.stride..]);
+            let target = get(&indices.bytes()[i * indices.stride..]);
             if target as u64 >= a.count {
                 return Err(self.bad(index, format!("sparse index {target} of {} elements", a.count)));
             }
-            put(target as usize, &values.bytes[i * values.stride..]);
+            put(target as usize, &values.bytes()[i * values.stride..]);
         }
         Ok(())
     }

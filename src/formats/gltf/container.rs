@@ -22,8 +22,13 @@ impl Span {
     }
 }
 
-/// The JSON chunk and the first binary chunk of a GLB.
-pub(super) fn split(file: &Path, all: &Bytes) -> Result<(Span, Option<Span>), FormatError> {
+/// The JSON chunk and the first binary chunk of a GLB. What viewers read in spite of it is no error but a warning: a wrong length in
+/// the header, chunks that are not padded, bytes after the last chunk.
+pub(super) fn split(
+    file: &Path,
+    all: &Bytes,
+    warn: &mut dyn FnMut(String),
+) -> Result<(Span, Option<Span>), FormatError> {
     let bytes: &[u8] = (**all).as_ref();
     let bad = |place: &str, what: String| FormatError::invalid(file, place, what);
     let word = |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes(b.try_into().expect("four bytes")));
@@ -41,12 +46,35 @@ pub(super) fn split(file: &Path, all: &Bytes) -> Result<(Span, Option<Span>), Fo
     let (mut json, mut binary, mut at) = (None, None, 12usize);
     while at < end {
         let place = format!("GLB chunk at byte {at}");
-        let (Some(size), Some(kind)) = (word(at), word(at + 4)) else {
-            return Err(bad(&place, "truncated".into()));
+        let rest = &bytes[at..end];
+        let (Some(size), Some(kind)) = (word(at).filter(|_| rest.len() >= 8), word(at + 4)) else {
+            if json.is_none() {
+                return Err(bad(&place, "truncated".into()));
+            }
+            if rest.iter().any(|b| *b != 0) {
+                warn(format!("{place}: {} bytes after the last chunk; left out", rest.len()));
+            }
+            break;
         };
+        let known = matches!(&kind.to_le_bytes(), b"JSON" | b"BIN\0");
+        if json.is_some() && !known && rest.iter().all(|b| *b == 0) {
+            // Padding of the whole file.
+            break;
+        }
         let start = at + 8;
-        let stop = start.checked_add(size as usize).filter(|stop| *stop <= end);
-        let stop = stop.ok_or_else(|| bad(&place, format!("{size} bytes leave the file's {end}")))?;
+        // The header's length is wrong where a chunk needs more and the file has it.
+        let have = if known { bytes.len() } else { end };
+        let stop = start.checked_add(size as usize).filter(|stop| *stop <= have);
+        let Some(stop) = stop else {
+            if json.is_some() && !known {
+                warn(format!("{place}: {} bytes after the last chunk; left out", rest.len()));
+                break;
+            }
+            return Err(bad(&place, format!("{size} bytes leave the file's {have}")));
+        };
+        if stop > end {
+            warn(format!("GLB header: it says {end} bytes, the chunks have more; read by the chunks"));
+        }
         let span = Span { bytes: all.clone(), range: start..stop };
         match (&kind.to_le_bytes(), &json) {
             (b"JSON", None) => json = Some(span),
@@ -55,9 +83,25 @@ pub(super) fn split(file: &Path, all: &Bytes) -> Result<(Span, Option<Span>), Fo
             // Chunks of unknown kinds are to be skipped.
             _ => {}
         }
+        let follows = |at: usize| word(at + 4).is_some_and(|k| matches!(&k.to_le_bytes(), b"JSON" | b"BIN\0"));
         at = stop.next_multiple_of(4);
+        if at != stop && follows(stop) && !follows(at) {
+            warn(format!("{place}: not padded to a multiple of four bytes"));
+            at = stop;
+        }
     }
     Ok((json.ok_or_else(|| bad(header, "no JSON chunk".into()))?, binary))
+}
+
+/// The JSON text of a chunk or file: without byte order mark and without the zeros that some exporters pad with.
+pub(super) fn text(bytes: &[u8]) -> Result<&str, String> {
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err("UTF-16; JSON is UTF-8: save the file as UTF-8".into());
+    }
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let end = bytes.iter().rposition(|b| *b != 0).map_or(0, |i| i + 1);
+    let text = std::str::from_utf8(&bytes[..end]);
+    text.map_err(|e| format!("not UTF-8 after byte {}: save the file as UTF-8", e.valid_up_to()))
 }
 
 /// What a URI stands for.

@@ -2,11 +2,15 @@
 
 use super::{FormatError, accessor::Numbers, container::Span, fetch, schema};
 use crate::{
-    formats::loader::{Loader, Picture},
+    formats::{
+        appearance,
+        loader::{Loader, Picture},
+    },
     scene::{Alpha, Image, Material, Texture, Wrap},
 };
 use std::{
     collections::{BTreeMap, BTreeSet},
+    path::Path,
     sync::Arc,
 };
 
@@ -27,7 +31,7 @@ pub(super) fn materials(
         );
     }
     let infos = |m: &schema::Material| {
-        let pbr = m.pbr_metallic_roughness.clone().unwrap_or_default();
+        let pbr = metallic_roughness(m);
         let all = [
             pbr.base_color_texture,
             pbr.metallic_roughness_texture,
@@ -40,13 +44,17 @@ pub(super) fn materials(
     let images = images(loader, numbers, &textures)?;
     let mut out = BTreeMap::<Option<u64>, Arc<Material>>::new();
     for (index, row) in rows {
-        let material = material(loader, numbers, index, row, &images)?;
+        let (material, shown) = appearance::as_viewers_show(material(loader, numbers, index, row, &images)?);
+        let told = shown.or_else(|| appearance::trouble(&material)).or_else(|| transmits(row));
+        if let Some(what) = told {
+            loader.note(numbers.file, &place(numbers.root, index), what);
+        }
         // Few materials: comparing with each is cheap beside what they are used for.
         let same = out.values().find(|m| ***m == material).cloned();
         out.insert(Some(index), same.unwrap_or_else(|| Arc::new(material)));
     }
     if used.contains(&None) {
-        out.insert(None, Arc::new(Material::default()));
+        out.insert(None, Arc::new(Material { double_sided: false, ..Material::default() }));
     }
     Ok(out)
 }
@@ -62,10 +70,7 @@ fn images(
     for t in textures {
         let texture = usize::try_from(*t).ok().and_then(|i| numbers.root.textures.get(i));
         let texture = texture.ok_or_else(|| FormatError::invalid(file, format!("textures[{t}]"), "does not exist"))?;
-        if texture.source.is_none() {
-            loader.warn(file, format!("textures[{t}] has no image that can be read; left out"));
-        }
-        source_of.insert(*t, texture.source);
+        source_of.insert(*t, source(loader, file, *t, texture)?);
     }
     let sources: BTreeSet<u64> = source_of.values().copied().flatten().collect();
     let mut pictures = Vec::new();
@@ -86,6 +91,53 @@ fn images(
     Ok(source_of.into_iter().map(|(t, s)| (t, s.and_then(|s| decoded.get(&s).cloned()))).collect())
 }
 
+/// A material's number and name.
+pub(super) fn place(root: &schema::Root, index: u64) -> String {
+    let row = usize::try_from(index).ok().and_then(|i| root.materials.get(i));
+    let name = row.and_then(|m| m.name.as_deref()).map(|n| format!(" `{n}`")).unwrap_or_default();
+    format!("materials[{index}]{name}")
+}
+
+/// The image of a texture: the one that an extension names, where that is read; else the plain one.
+fn source(loader: &mut Loader, file: &Path, index: u64, texture: &schema::Texture) -> Result<Option<u64>, FormatError> {
+    let e = &texture.extensions;
+    if let Some(webp) = e.webp.as_ref().and_then(|w| w.source).or(texture.source) {
+        return Ok(Some(webp));
+    }
+    let place = format!("textures[{index}]");
+    let unread = [
+        (&e.basisu, "a KTX2 image (KHR_texture_basisu)"),
+        (&e.avif, "an AVIF image (EXT_texture_avif)"),
+        (&e.dds, "a DDS image (MSFT_texture_dds)"),
+    ];
+    if let Some((_, what)) = unread.iter().find(|(e, _)| e.is_some()) {
+        let what = format!("has only {what}, which cannot be read; export the file with PNG, JPEG or WebP textures");
+        return Err(FormatError::invalid(file, place, what));
+    }
+    loader.note(file, &place, "has no image; left out");
+    Ok(None)
+}
+
+/// The material's metallic-roughness model. A specular-glossiness material's diffuse colour is its base colour.
+fn metallic_roughness(m: &schema::Material) -> schema::Pbr {
+    match &m.extensions.specular_glossiness {
+        None => m.pbr_metallic_roughness.clone().unwrap_or_default(),
+        Some(sg) => schema::Pbr {
+            base_color_factor: sg.diffuse_factor,
+            base_color_texture: sg.diffuse_texture.clone(),
+            metallic_factor: Some(0.0),
+            roughness_factor: Some(1.0 - sg.glossiness_factor.unwrap_or(1.0)),
+            metallic_roughness_texture: None,
+        },
+    }
+}
+
+fn transmits(m: &schema::Material) -> Option<&'static str> {
+    let factor = m.extensions.transmission.as_ref().and_then(|t| t.transmission_factor).unwrap_or(0.0);
+    (factor > 0.0)
+        .then_some("lets light through (KHR_materials_transmission); it is drawn opaque, what is behind it is hidden")
+}
+
 fn material(
     loader: &mut Loader,
     numbers: &Numbers,
@@ -95,7 +147,7 @@ fn material(
 ) -> Result<Material, FormatError> {
     let place = format!("materials[{index}]");
     let bad = |what: String| FormatError::invalid(numbers.file, &place, what);
-    let pbr = m.pbr_metallic_roughness.clone().unwrap_or_default();
+    let pbr = metallic_roughness(m);
     let alpha = match m.alpha_mode.as_deref().unwrap_or("OPAQUE") {
         "OPAQUE" => Alpha::Opaque,
         "MASK" => Alpha::Mask { cutoff: m.alpha_cutoff.unwrap_or(0.5) },

@@ -1,11 +1,15 @@
-//! glTF 2.0 and GLB: the JSON, its buffers, and the scene they describe in rest pose.
+//! glTF 2.0 and GLB: the JSON, its buffers, and the scene they describe in the pose that the file shows: morph weights and
+//! skins count, animations do not.
 
 mod accessor;
 mod container;
 mod material;
+mod meshopt;
 mod nodes;
+mod pose;
 mod primitive;
 pub(super) mod schema;
+mod tidy;
 
 use super::{FormatError, loader::Loader};
 use crate::{array::Bytes, scene::Object};
@@ -14,19 +18,35 @@ use container::{Span, Target};
 use std::{path::Path, sync::Arc};
 
 /// Extensions that change what a file means and that this reader follows.
-const KNOWN: [&str; 4] =
-    ["KHR_texture_transform", "KHR_materials_unlit", "KHR_mesh_quantization", "KHR_materials_emissive_strength"];
+const KNOWN: [&str; 12] = [
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_node_visibility",
+    "KHR_texture_transform",
+];
 
 /// The objects of a file: every node with a mesh, in the file's own order.
 pub(super) fn read(loader: &mut Loader, file: &Path, bytes: Bytes) -> Result<Vec<Object>, FormatError> {
     let glb = (*bytes).as_ref().starts_with(b"glTF");
-    let (json, binary) = if glb { container::split(file, &bytes)? } else { (Span::whole(bytes), None) };
-    let root: schema::Root = serde_json::from_slice(json.get())
-        .map_err(|e| FormatError::invalid(file, "JSON", without_position_of_glb(e, glb)))?;
+    let (json, binary) = match glb {
+        true => container::split(file, &bytes, &mut |what| loader.warn(file, what))?,
+        false => (Span::whole(bytes), None),
+    };
+    let text = container::text(json.get()).map_err(|what| FormatError::invalid(file, "JSON", what))?;
+    let root: schema::Root =
+        serde_json::from_str(text).map_err(|e| FormatError::invalid(file, "JSON", without_position_of_glb(e, glb)))?;
     check_version(file, &root)?;
     extensions(loader, file, &root)?;
     let buffers = buffers(loader, file, &root, binary)?;
-    let numbers = Numbers { file, root: &root, buffers, implied: loader.limits.implied };
+    let numbers = Numbers::new(file, &root, buffers, loader.limits.implied, loader.limits.bytes);
     nodes::objects(loader, &numbers)
 }
 
@@ -62,14 +82,20 @@ fn buffers(
     file: &Path,
     root: &schema::Root,
     mut binary: Option<Span>,
-) -> Result<Vec<Span>, FormatError> {
+) -> Result<Vec<Option<Span>>, FormatError> {
     let mut out = Vec::with_capacity(root.buffers.len());
     for (i, buffer) in root.buffers.iter().enumerate() {
         let place = format!("buffers[{i}]");
         let bad = |what: String| FormatError::invalid(file, &place, what);
         let mut span = match &buffer.uri {
-            None if i == 0 => binary.take().ok_or_else(|| bad("no URI, and no binary chunk".into()))?,
-            None => return Err(bad("no URI".into())),
+            None => match binary.take().filter(|_| i == 0) {
+                Some(span) => span,
+                // Views that are stored compressed lie in such a buffer.
+                None => {
+                    out.push(None);
+                    continue;
+                }
+            },
             Some(uri) => Span::whole(fetch(loader, file, &place, uri)?),
         };
         let have = span.range.len() as u64;
@@ -77,7 +103,7 @@ fn buffers(
             return Err(bad(format!("truncated: it says {} bytes, there are {have}", buffer.byte_length)));
         }
         span.range.end = span.range.start + buffer.byte_length as usize;
-        out.push(span);
+        out.push(Some(span));
     }
     Ok(out)
 }

@@ -1,11 +1,17 @@
 //! The node hierarchy: which meshes stand where, under which names.
 
-use super::{FormatError, accessor::Numbers, material, primitive::Primitives, schema};
-use crate::{
-    formats::loader::Loader,
-    scene::{Material, Mesh, Object, Part},
+use super::{
+    FormatError,
+    accessor::Numbers,
+    material,
+    pose::{self, Hierarchy, Pose},
+    primitive::Primitives,
 };
-use glam::{DMat4, DQuat, DVec3, Mat4};
+use crate::{
+    formats::{appearance, loader::Loader},
+    scene::{Alpha, Material, Mesh, Object, Part},
+};
+use glam::{DMat4, Mat4};
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::Arc,
@@ -14,49 +20,89 @@ use std::{
 /// A node with a mesh, found in the hierarchy.
 struct Placed {
     name: String,
-    transform: Mat4,
+    /// One for every instance.
+    transforms: Vec<Mat4>,
+    node: usize,
     mesh: usize,
+    /// The skin and the node's own place.
+    skin: Option<(u64, DMat4)>,
 }
+
+/// What tells a mesh in one pose from the same mesh in another: the bits of its weights, and the node where that has a skin.
+type Posed = (usize, Vec<u32>, Option<usize>);
 
 /// Every node of the scene that has a mesh with triangles.
 pub(super) fn objects(loader: &mut Loader, numbers: &Numbers) -> Result<Vec<Object>, FormatError> {
     let (file, root) = (numbers.file, numbers.root);
     let placed = walk(loader, numbers)?;
-    let meshes: BTreeSet<usize> = placed.iter().map(|p| p.mesh).collect();
+    let hierarchy = Hierarchy::new(root);
     let mut used = BTreeSet::new();
-    let mut shapes = BTreeMap::<usize, Vec<(Arc<Mesh>, Option<u64>)>>::new();
+    let mut shapes = BTreeMap::<Posed, Vec<(Arc<Mesh>, Option<u64>)>>::new();
     let mut primitives = Primitives::default();
-    for m in meshes {
-        loader.stop.check()?;
-        let mesh = &root.meshes[m];
-        let label = mesh.name.as_deref().map(|n| format!(" `{n}`")).unwrap_or_default();
-        if mesh.primitives.iter().any(|p| !p.targets.is_empty()) {
-            loader.warn(file, format!("mesh {m}{label} has morph targets; it is read in rest pose"));
+    let weights_of = |p: &Placed| match &root.nodes[p.node].weights[..] {
+        [] => &root.meshes[p.mesh].weights[..],
+        own => own,
+    };
+    let posed = |p: &Placed| -> Posed {
+        let bits = weights_of(p).iter().map(|w| w.to_bits()).collect();
+        (p.mesh, bits, p.skin.map(|_| p.node))
+    };
+    for p in &placed {
+        let key = posed(p);
+        if shapes.contains_key(&key) {
+            continue;
         }
+        loader.stop.check()?;
+        let mesh = &root.meshes[p.mesh];
+        let label = mesh.name.as_deref().map(|n| format!(" `{n}`")).unwrap_or_default();
+        let weights = weights_of(p);
+        if let Some(w) = weights.iter().find(|w| !w.is_finite()) {
+            let place = format!("mesh {}{label}", p.mesh);
+            return Err(FormatError::invalid(file, place, format!("a morph weight is {w}; it must be finite")));
+        }
+        let skin = p.skin.map(|(skin, world)| pose::skin(loader, numbers, &hierarchy, skin, world)).transpose()?;
+        let pose = Pose { weights, skin };
         let mut parts = Vec::with_capacity(mesh.primitives.len());
-        for (i, p) in mesh.primitives.iter().enumerate() {
-            let place = format!("mesh {m}{label}, primitive {i}");
-            if let Some(shape) = primitives.mesh(loader, numbers, p, &place)? {
-                parts.push((shape, p.material));
-                used.insert(p.material);
+        for (i, primitive) in mesh.primitives.iter().enumerate() {
+            let place = format!("mesh {}{label}, primitive {i}", p.mesh);
+            if let Some(shape) = primitives.mesh(loader, numbers, primitive, &pose, &place)? {
+                parts.push((shape, primitive.material));
+                used.insert(primitive.material);
             }
         }
-        shapes.insert(m, parts);
+        shapes.insert(key, parts);
     }
     let materials = material::materials(loader, numbers, &used)?;
+    let clear = |mesh: &Mesh| mesh.colors.iter().any(|c| c[3] < 1.0);
+    let mixed: BTreeSet<u64> = shapes
+        .values()
+        .flatten()
+        .filter(|(mesh, material)| materials[material].alpha == Alpha::Blend && clear(mesh))
+        .filter(|(_, material)| appearance::trouble(&materials[material]).is_none())
+        .filter_map(|(_, material)| *material)
+        .collect();
+    for index in mixed {
+        loader.note(file, &material::place(root, index), appearance::BLEND);
+    }
     let part = |(mesh, material): &(Arc<Mesh>, Option<u64>)| {
         let material: &Arc<Material> = &materials[material];
         Part { mesh: mesh.clone(), material: material.clone() }
     };
-    let parts: BTreeMap<usize, Vec<Part>> = shapes.iter().map(|(m, p)| (*m, p.iter().map(part).collect())).collect();
+    let parts: BTreeMap<Posed, Vec<Part>> =
+        shapes.iter().map(|(m, p)| (m.clone(), p.iter().map(part).collect())).collect();
     let mut out = Vec::with_capacity(placed.len());
     for p in placed {
-        let object = Object { name: p.name, transform: p.transform, parts: parts[&p.mesh].clone() };
-        if object.parts.is_empty() {
-            continue;
+        let parts = &parts[&posed(&p)];
+        let many = p.transforms.len() > 1;
+        for (i, transform) in p.transforms.into_iter().enumerate() {
+            let name = if many { format!("{}/{i}", p.name) } else { p.name.clone() };
+            let object = Object { name, transform, parts: parts.clone() };
+            if object.parts.is_empty() {
+                continue;
+            }
+            loader.count_object(file, &object.name, object.triangle_count() as u64)?;
+            out.push(object);
         }
-        loader.count_object(file, &object.name, object.triangle_count() as u64)?;
-        out.push(object);
     }
     Ok(out)
 }
@@ -67,7 +113,6 @@ fn walk(loader: &mut Loader, numbers: &Numbers) -> Result<Vec<Placed>, FormatErr
     let bad = |node: u64, what: String| FormatError::invalid(file, format!("nodes[{node}]"), what);
     let mut visited = vec![false; root.nodes.len()];
     let mut out = Vec::new();
-    let mut skinned = false;
     // Children are pushed in reverse, so that nodes come out in the file's order.
     let mut stack: Vec<(u64, DMat4, Arc<str>, u32)> =
         roots(numbers)?.into_iter().rev().map(|n| (n, DMat4::IDENTITY, "".into(), 0)).collect();
@@ -81,7 +126,11 @@ fn walk(loader: &mut Loader, numbers: &Numbers) -> Result<Vec<Placed>, FormatErr
         if depth > loader.limits.depth {
             return Err(bad(index, format!("more than {} levels deep", loader.limits.depth)));
         }
-        let world = parent * local(node);
+        if node.extensions.visibility.as_ref().is_some_and(|v| v.visible == Some(false)) {
+            loader.note(file, &format!("nodes[{index}]"), "is marked as not visible; left out with all below it");
+            continue;
+        }
+        let world = parent * pose::local(node);
         let mesh_name = node.mesh.and_then(|m| root.meshes.get(usize::try_from(m).ok()?)?.name.as_deref());
         let own = node.name.as_deref().filter(|n| !n.is_empty()).or(mesh_name.filter(|n| !n.is_empty()));
         let own = own.unwrap_or("node");
@@ -97,22 +146,25 @@ fn walk(loader: &mut Loader, numbers: &Numbers) -> Result<Vec<Placed>, FormatErr
             if mesh >= root.meshes.len() {
                 return Err(bad(index, format!("mesh {m} does not exist; there are {}", root.meshes.len())));
             }
-            let mut transform = world;
-            if node.skin.is_some() {
-                skinned = true;
+            let place = format!("nodes[{index}]");
+            let skin = node.skin.map(|skin| (skin, world));
+            let transforms = match (pose::instances(loader, numbers, node, &place)?, skin) {
                 // glTF 2.0, section 3.7.3.3: the node's own transform does not place a skinned mesh.
-                transform = DMat4::IDENTITY;
-            }
-            let transform = transform.as_mat4();
-            if !transform.is_finite() {
+                (instances, Some(_)) => {
+                    if instances.is_some() {
+                        loader.note(file, &place, "has a skin and instances; the instances are left out");
+                    }
+                    vec![Mat4::IDENTITY]
+                }
+                (None, None) => vec![world.as_mat4()],
+                (Some(instances), None) => instances.iter().map(|m| (world * *m).as_mat4()).collect(),
+            };
+            if !transforms.iter().all(Mat4::is_finite) {
                 return Err(bad(index, "its transform is not finite".into()));
             }
-            out.push(Placed { name: name.to_string(), transform, mesh });
+            out.push(Placed { name: name.to_string(), transforms, node: i, mesh, skin });
         }
         stack.extend(node.children.iter().rev().map(|c| (*c, world, name.clone(), depth + 1)));
-    }
-    if skinned {
-        loader.warn(file, "has skins; they are read in rest pose");
     }
     Ok(out)
 }
@@ -127,16 +179,4 @@ fn roots(numbers: &Numbers) -> Result<Vec<u64>, FormatError> {
     }
     let children: BTreeSet<u64> = root.nodes.iter().flat_map(|n| n.children.iter().copied()).collect();
     Ok((0..root.nodes.len() as u64).filter(|n| !children.contains(n)).collect())
-}
-
-/// A node's transform relative to its parent.
-fn local(node: &schema::Node) -> DMat4 {
-    if let Some(m) = &node.matrix {
-        return Mat4::from_cols_array(m).as_dmat4();
-    }
-    let vec = |v: Option<[f32; 3]>, default: f32| DVec3::from(v.unwrap_or([default; 3]).map(f64::from));
-    let [x, y, z, w] = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]).map(f64::from);
-    let q = DQuat::from_xyzw(x, y, z, w);
-    let q = if q.length_squared() > 0.0 { q.normalize() } else { DQuat::IDENTITY };
-    DMat4::from_scale_rotation_translation(vec(node.scale, 1.0), q, vec(node.translation, 0.0))
 }

@@ -2,8 +2,9 @@
 
 use super::{
     FormatError,
-    accessor::{Integers, Numbers},
-    schema,
+    accessor::{Integers, Numbers, Want},
+    pose::{self, Pose},
+    schema, tidy,
 };
 use crate::{
     formats::{loader::Loader, mesh},
@@ -16,50 +17,73 @@ type Attributes = [Option<u64>; 6];
 /// What makes two primitives the same mesh: vertices, vertex numbers, mode.
 type Shape = (Attributes, Option<u64>, u64);
 
+const NAMES: [&str; 6] = ["POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"];
+
 /// Reads primitives; what two of them share is read once.
 #[derive(Default)]
 pub(super) struct Primitives {
     vertices: BTreeMap<Attributes, Mesh>,
-    meshes: BTreeMap<Shape, Arc<Mesh>>,
+    meshes: BTreeMap<Shape, Option<Arc<Mesh>>>,
 }
 
 impl Primitives {
-    /// The mesh of a primitive; `None` where it has no triangles to show. `place` names it.
+    /// The mesh of a primitive in a pose; `None` where it has no triangles to show. `place` names it.
     pub fn mesh(
         &mut self,
         loader: &mut Loader,
         numbers: &Numbers,
         primitive: &schema::Primitive,
+        pose: &Pose,
         place: &str,
     ) -> Result<Option<Arc<Mesh>>, FormatError> {
         let mode = primitive.mode.unwrap_or(4);
         match mode {
             4..=6 => {}
             0..=3 => {
-                loader.warn(numbers.file, format!("{place}: points and lines are left out"));
+                loader.note(numbers.file, place, "points and lines are left out");
                 return Ok(None);
             }
             _ => return Err(FormatError::invalid(numbers.file, place, format!("unknown mode {mode}"))),
         }
-        let of = |name: &str| primitive.attributes.get(name).copied();
-        let attributes =
-            [of("POSITION"), of("NORMAL"), of("TANGENT"), of("TEXCOORD_0"), of("TEXCOORD_1"), of("COLOR_0")];
+        let mut attributes = NAMES.map(|name| primitive.attributes.get(name).copied());
         let Some(positions) = attributes[0] else {
-            loader.warn(numbers.file, format!("{place} has no positions; left out"));
+            loader.note(numbers.file, place, "has no positions; left out");
             return Ok(None);
         };
-        let shape = (attributes, primitive.indices, mode);
-        if let Some(mesh) = self.meshes.get(&shape) {
-            return Ok(Some(mesh.clone()));
+        stored_plainly(numbers, primitive, place)?;
+        let count = numbers.count(positions, place)?;
+        for (name, slot) in NAMES.iter().zip(&mut attributes).skip(1) {
+            if let Some(accessor) = *slot
+                && numbers.count(accessor, place)? != count
+            {
+                loader.note(
+                    numbers.file,
+                    place,
+                    &format!("{name} has another number of elements than POSITION; left out"),
+                );
+                *slot = None;
+            }
         }
-        let vertices = match self.vertices.get(&attributes) {
+        let shape = (attributes, primitive.indices, mode);
+        let moves = pose.moves(primitive);
+        if let (false, Some(mesh)) = (moves, self.meshes.get(&shape)) {
+            return Ok(mesh.clone());
+        }
+        let mut vertices = match self.vertices.get(&attributes) {
             Some(v) => v.clone(),
             None => {
-                let v = vertices(loader, numbers, attributes, positions, place)?;
+                loader.count_vertices(numbers.file, place, count)?;
+                let v = vertices(numbers, attributes, positions, count, place)?;
                 self.vertices.insert(attributes, v.clone());
                 v
             }
         };
+        if moves {
+            pose::morph(loader, numbers, &mut vertices, primitive, pose.weights, place)?;
+            if let Some(skin) = &pose.skin {
+                vertices = pose::bend(loader, numbers, &vertices, primitive, skin, place)?;
+            }
+        }
         let order = match primitive.indices {
             None => (0..vertices.positions.len() as u32).collect(),
             Some(i) => {
@@ -72,56 +96,82 @@ impl Primitives {
                 numbers.indices(i, place)?
             }
         };
-        let count = vertices.positions.len();
-        if let Some((at, v)) = order.iter().enumerate().find(|(_, v)| **v as usize >= count) {
-            let what = format!("vertex number {v} at place {at}; there are {count} vertices");
-            return Err(FormatError::invalid(numbers.file, place, what));
+        let mut triangles = triangles(&order, mode);
+        if pose.skin.as_ref().is_some_and(|s| s.mirrored()) {
+            triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
-        let whole = Mesh { triangles: triangles(&order, mode).into(), ..vertices };
-        let mut mesh = mesh::finish(whole)
+        let whole = Mesh { triangles: triangles.into(), ..vertices };
+        let mesh = self.finished(loader, numbers, whole, place)?;
+        if !moves {
+            self.meshes.insert(shape, mesh.clone());
+        }
+        Ok(mesh)
+    }
+
+    /// The mesh without what is broken in it.
+    fn finished(
+        &self,
+        loader: &mut Loader,
+        numbers: &Numbers,
+        mesh: Mesh,
+        place: &str,
+    ) -> Result<Option<Arc<Mesh>>, FormatError> {
+        let count = mesh.positions.len();
+        let (mesh, notes) = tidy::tidy(mesh);
+        for what in notes {
+            loader.note(numbers.file, place, &what);
+        }
+        if mesh.triangles.is_empty() {
+            return Ok(None);
+        }
+        let mut mesh = mesh::finish(mesh)
             .map_err(|(at, what)| FormatError::invalid(numbers.file, format!("{place}, {at}"), what))?;
         // Exporters give many primitives one large vertex buffer: each then keeps its own vertices.
         if mesh.triangles.len() * 3 < count {
             mesh = mesh::compact(&mesh);
         }
-        let mesh = Arc::new(mesh);
-        self.meshes.insert(shape, mesh.clone());
-        Ok(Some(mesh))
+        Ok(Some(Arc::new(mesh)))
     }
 }
 
-fn vertices(
-    loader: &mut Loader,
-    numbers: &Numbers,
-    [_, normals, tangents, uv0, uv1, colors]: Attributes,
-    positions: u64,
-    place: &str,
-) -> Result<Mesh, FormatError> {
-    let count = numbers.count(positions, place)?;
-    loader.count_vertices(numbers.file, place, count)?;
-    for other in [normals, tangents, uv0, uv1, colors].into_iter().flatten() {
-        let found = numbers.count(other, place)?;
-        if found != count {
-            let what = format!("accessor {other} has {found} elements for {count} positions");
+/// An error where only an extension that is not read holds a primitive's vertices: its accessors have no buffer view then.
+fn stored_plainly(numbers: &Numbers, primitive: &schema::Primitive, place: &str) -> Result<(), FormatError> {
+    let Some(extension) = primitive.extensions.keys().find(|e| !e.starts_with("KHR_materials_")) else { return Ok(()) };
+    for accessor in primitive.attributes.values().chain(&primitive.indices) {
+        if !numbers.stored(*accessor, place)? {
+            let what = format!("its geometry is in {extension}, which cannot be read; export the file without");
             return Err(FormatError::invalid(numbers.file, place, what));
         }
     }
-    let told = Integers::AsTold;
-    let wide = |index: u64, from: &str| numbers.vectors::<3>(index, from, &[3], told, 0.0);
+    Ok(())
+}
+
+/// `count`: of every attribute, checked by the caller.
+fn vertices(
+    numbers: &Numbers,
+    [_, normals, tangents, uv0, uv1, colors]: Attributes,
+    positions: u64,
+    count: u64,
+    place: &str,
+) -> Result<Mesh, FormatError> {
+    let wide = numbers.vectors::<3>(positions, &Want::new(place, &[3]))?;
+    // The positions are stored, or few: as many elements of the others may be implied.
+    let want = |widths| Want { known: count, ..Want::new(place, widths) };
     let uv = |index: Option<u64>| match index {
-        Some(i) => Ok(numbers.vectors::<2>(i, place, &[2], told, 0.0)?.into()),
+        Some(i) => Ok(numbers.vectors::<2>(i, &want(&[2]))?.into()),
         None => Ok::<_, FormatError>(Default::default()),
     };
+    let directions = |widths| Want { integers: Integers::Fractions, ..want(widths) };
     Ok(Mesh {
-        positions: wide(positions, place)?.into(),
-        normals: normals.map(|i| wide(i, place)).transpose()?.unwrap_or_default().into(),
-        tangents: match tangents {
-            Some(i) => numbers.vectors::<4>(i, place, &[4], told, 0.0)?.into(),
-            None => Default::default(),
-        },
+        positions: wide.into(),
+        normals: normals.map(|i| numbers.vectors::<3>(i, &directions(&[3]))).transpose()?.unwrap_or_default().into(),
+        tangents: tangents.map(|i| numbers.vectors::<4>(i, &directions(&[4]))).transpose()?.unwrap_or_default().into(),
         uv: [uv(uv0)?, uv(uv1)?],
         colors: match colors {
-            Some(i) => numbers.vectors::<4>(i, place, &[3, 4], Integers::Fractions, 1.0)?.into(),
+            Some(i) => {
+                let want = Want { integers: Integers::Fractions, fill: 1.0, ..want(&[3, 4]) };
+                numbers.vectors::<4>(i, &want)?.into()
+            }
             None => Default::default(),
         },
         triangles: Default::default(),

@@ -28,6 +28,7 @@ object! { Root {
     scenes: Vec<Scene>,
     nodes: Vec<Node>,
     meshes: Vec<Mesh>,
+    skins: Vec<Skin>,
     materials: Vec<Material>,
     textures: Vec<Texture>,
     images: Vec<Image>,
@@ -50,7 +51,25 @@ object! { Node {
     translation: Option<[f32; 3]>,
     rotation: Option<[f32; 4]>,
     scale: Option<[f32; 3]>,
+    weights: Vec<f32>,
+    extensions: NodeExtensions,
 }}
+
+object! { NodeExtensions {
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    instancing: Option<Instancing>,
+    #[serde(rename = "KHR_node_visibility")]
+    visibility: Option<Visibility>,
+}}
+
+object! {
+    /// Accessors of the instances' TRANSLATION, ROTATION and SCALE.
+    Instancing { attributes: BTreeMap<String, u64> }
+}
+
+object! { Visibility { visible: Option<bool> } }
+
+object! { Skin { name: Option<String>, inverse_bind_matrices: Option<u64>, joints: Vec<u64> } }
 
 object! { Mesh { name: Option<String>, primitives: Vec<Primitive>, weights: Vec<f32> } }
 
@@ -60,6 +79,7 @@ object! { Primitive {
     material: Option<u64>,
     mode: Option<u64>,
     targets: Vec<BTreeMap<String, u64>>,
+    extensions: BTreeMap<String, serde_json::Value>,
 }}
 
 object! { Material {
@@ -79,7 +99,22 @@ object! { MaterialExtensions {
     unlit: Option<Unlit>,
     #[serde(rename = "KHR_materials_emissive_strength")]
     emissive_strength: Option<EmissiveStrength>,
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    specular_glossiness: Option<SpecularGlossiness>,
+    #[serde(rename = "KHR_materials_transmission")]
+    transmission: Option<Transmission>,
 }}
+
+object! {
+    /// What counts as base colour; the rest of the extension is not read.
+    SpecularGlossiness {
+        diffuse_factor: Option<[f32; 4]>,
+        diffuse_texture: Option<TextureInfo>,
+        glossiness_factor: Option<f32>,
+    }
+}
+
+object! { Transmission { transmission_factor: Option<f32>, transmission_texture: Option<TextureInfo> } }
 
 object! { Unlit {} }
 
@@ -119,7 +154,20 @@ object! { TextureTransform {
     tex_coord: Option<u64>,
 }}
 
-object! { Texture { sampler: Option<u64>, source: Option<u64> } }
+object! { Texture { sampler: Option<u64>, source: Option<u64>, extensions: TextureExtensions } }
+
+object! { TextureExtensions {
+    #[serde(rename = "EXT_texture_webp")]
+    webp: Option<TextureSource>,
+    #[serde(rename = "KHR_texture_basisu")]
+    basisu: Option<TextureSource>,
+    #[serde(rename = "EXT_texture_avif")]
+    avif: Option<TextureSource>,
+    #[serde(rename = "MSFT_texture_dds")]
+    dds: Option<TextureSource>,
+}}
+
+object! { TextureSource { source: Option<u64> } }
 
 object! { Image { name: Option<String>, uri: Option<String>, mime_type: Option<String>, buffer_view: Option<u64> } }
 
@@ -184,6 +232,28 @@ pub struct View {
     pub byte_stride: Option<u64>,
     #[serde(default, skip_serializing_if = "no")]
     pub target: Option<u64>,
+    #[serde(default, skip_serializing_if = "no")]
+    pub extensions: ViewExtensions,
+}
+
+object! { ViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    meshopt: Option<Meshopt>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr_meshopt: Option<Meshopt>,
+}}
+
+object! {
+    /// Where a view's compressed bytes lie, and how they are compressed.
+    Meshopt {
+        buffer: u64,
+        byte_offset: u64,
+        byte_length: u64,
+        byte_stride: u64,
+        count: u64,
+        mode: String,
+        filter: Option<String>,
+    }
 }
 
 /// Bytes: of the GLB itself, of another file, or of a data URI.

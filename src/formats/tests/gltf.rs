@@ -103,16 +103,10 @@ fn fans_and_plain_lists() {
 }
 
 #[test]
-fn lines_morphs_skins_and_unknown_extensions_are_warnings() {
+fn lines_and_unknown_extensions_are_warnings() {
     let (scene, warnings) = changed("/meshes/0/primitives/0/mode", json!(1)).load("d/a.gltf");
     assert_eq!(scene.unwrap().objects.len(), 0);
     assert_eq!(warnings, ["d/a.gltf: mesh 0 `m`, primitive 0: points and lines are left out"]);
-    let (scene, warnings) = changed("/meshes/0/primitives/0/targets", json!([{ "POSITION": 0 }])).load("d/a.gltf");
-    assert_eq!(scene.unwrap().triangle_count(), 2);
-    assert_eq!(warnings, ["d/a.gltf: mesh 0 `m` has morph targets; it is read in rest pose"]);
-    let (scene, warnings) = changed("/nodes/1/skin", json!(0)).load("d/a.gltf");
-    assert_eq!(scene.unwrap().objects[0].transform, Mat4::IDENTITY);
-    assert_eq!(warnings, ["d/a.gltf: has skins; they are read in rest pose"]);
     let (_, warnings) =
         changed("/extensionsUsed", json!(["KHR_lights_punctual", "KHR_materials_unlit"])).load("d/a.gltf");
     assert_eq!(warnings, ["d/a.gltf: ignores KHR_lights_punctual"]);
@@ -127,7 +121,11 @@ fn errors_name_the_place() {
             "extensionsRequired: KHR_draco_mesh_compression cannot be read; export the file without",
         ),
         ("/asset/version", json!("1.0"), "asset: version `1.0`; this reader knows glTF 2.0"),
-        ("/accessors/0/count", json!(5), "mesh 0 `m`, primitive 0: accessor 3 has 4 elements for 5 positions"),
+        (
+            "/accessors/0/count",
+            json!(5),
+            "accessors[0]: 5 elements of 12 bytes at 0 leave the 48 bytes of buffer view 0",
+        ),
         ("/accessors/1/count", json!(5), "accessors[1]: 5 elements of 1 bytes at 0 leave the 4 bytes of buffer view 3"),
         (
             "/accessors/1/count",
@@ -184,23 +182,6 @@ fn errors_name_the_place() {
 }
 
 #[test]
-fn wrong_numbers_name_mesh_and_vertex() {
-    let (json, mut binary) = document();
-    binary[15] = 0x7f;
-    binary[14] = 0xc0;
-    let error = files(&json, &binary).error("d/a.gltf");
-    assert_eq!(
-        error,
-        "d/a.gltf: mesh 0 `m`, primitive 0, vertex 1: its position is [NaN, 0.0, 0.0]; it must be finite"
-    );
-    let (json, mut binary) = document();
-    let indices = json["bufferViews"][3]["byteOffset"].as_u64().unwrap() as usize;
-    binary[indices + 3] = 4;
-    let error = files(&json, &binary).error("d/a.gltf");
-    assert_eq!(error, "d/a.gltf: mesh 0 `m`, primitive 0: vertex number 4 at place 3; there are 4 vertices");
-}
-
-#[test]
 fn accessors_that_imply_much_and_store_nothing_are_refused() {
     let (mut json, binary) = document();
     json["accessors"][0] = json!({ "componentType": 5126, "count": 4_000_000_000u64, "type": "VEC3" });
@@ -236,13 +217,6 @@ fn an_image_that_claims_gigabytes_is_refused_before_it_is_decoded() {
     );
     files.0.insert("d/big.png".into(), b"GIF89a".to_vec());
     assert!(files.error("d/a.gltf").starts_with("d/a.gltf: images[0]: an image of kind Gif"));
-}
-
-/// CRC-32 as PNG defines it.
-fn crc(bytes: &[u8]) -> u32 {
-    !bytes
-        .iter()
-        .fold(!0, |c, b| (0..8).fold(c ^ *b as u32, |c, _| if c & 1 == 1 { 0xedb8_8320 ^ (c >> 1) } else { c >> 1 }))
 }
 
 #[test]

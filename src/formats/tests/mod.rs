@@ -1,9 +1,13 @@
 //! Tests of all readers and the writer, on files made in memory.
 
+mod appearance;
+mod document;
 mod gltf;
 mod mutate;
 mod obj;
+mod packed;
 mod ply;
+mod pose;
 mod round_trip;
 mod scene_toml;
 
@@ -163,4 +167,11 @@ pub(super) fn everything() -> Scene {
             object("b", Mat4::from_scale(glam::vec3(2.0, 1.0, -4.0)), vec![(&odd, &blend)]),
         ],
     }
+}
+
+/// CRC-32 as PNG defines it.
+pub(in crate::formats) fn crc(bytes: &[u8]) -> u32 {
+    !bytes
+        .iter()
+        .fold(!0, |c, b| (0..8).fold(c ^ *b as u32, |c, _| if c & 1 == 1 { 0xedb8_8320 ^ (c >> 1) } else { c >> 1 }))
 }

@@ -87,6 +87,53 @@ proptest! {
     }
 
     #[test]
+    fn compressed_skinned_and_morphing_glbs(d in damage(), which in 0..3) {
+        let mut document = match which {
+            0 => packed::compressed(),
+            1 => pose::skinned(5123),
+            _ => pose::morphing(),
+        };
+        if which == 2 {
+            document.json["meshes"][0]["weights"] = serde_json::json!([1.0, 0.5]);
+        }
+        try_load("a.glb", &apply(document.glb(), &d));
+    }
+
+    #[test]
+    fn compressed_bytes(d in damage()) {
+        let mut document = packed::compressed();
+        document.binary = apply(document.binary, &(d.0, None));
+        try_load("a.glb", &document.glb());
+    }
+
+    #[test]
+    fn numbers_of_a_compressed_glb(at in any::<prop::sample::Index>(), digit in 0u8..10) {
+        let mut document = packed::compressed();
+        let mut text = document.json.to_string().into_bytes();
+        let digits: Vec<usize> = (0..text.len()).filter(|i| text[*i].is_ascii_digit()).collect();
+        text[digits[at.index(digits.len())]] = b'0' + digit;
+        if let Ok(json) = serde_json::from_slice(&text) {
+            document.json = json;
+            if document.json["buffers"][0].is_object() {
+                try_load("a.glb", &document.glb());
+            }
+        }
+    }
+
+    #[test]
+    fn pictures(d in damage(), format in prop::sample::select(vec![
+        image::ImageFormat::Png, image::ImageFormat::Jpeg, image::ImageFormat::WebP,
+    ])) {
+        let mut file = std::io::Cursor::new(Vec::new());
+        let picture = image::RgbImage::from_fn(9, 7, |x, y| image::Rgb([x as u8 * 20, y as u8 * 30, 128]));
+        image::DynamicImage::from(picture).write_to(&mut file, format).unwrap();
+        let bytes = apply(file.into_inner(), &d);
+        if let Ok(image) = crate::formats::picture::decode(&bytes, "x", 1 << 20) {
+            prop_assert_eq!(image.texels.len() as u64, u64::from(image.width) * u64::from(image.height));
+        }
+    }
+
+    #[test]
     fn ply_binary(d in damage()) {
         try_load("a.ply", &apply(PLY.to_vec(), &d));
     }

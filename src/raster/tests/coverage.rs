@@ -135,7 +135,7 @@ fn equal_depths_are_ordered_by_number() {
 
 #[test]
 fn instances_share_numbers_in_order() {
-    let shared = object("a", octahedron(1), Material::default());
+    let shared = object("a", octahedron(1), Material { double_sided: false, ..Material::default() });
     let mut other = shared.clone();
     other.name = "b".to_owned();
     other.transform = Mat4::from_translation(Vec3::new(0.0, 0.0, -3.0)) * Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0));
@@ -150,15 +150,46 @@ fn instances_share_numbers_in_order() {
         let centre = DVec3::new(0.0, 0.0, if t < 32 { 0.0 } else { -3.0 });
         assert!((b - a).cross(c - a).dot(a - centre) > 0.0, "{t}");
     }
-    let middle = all(&scene, &ahead(4.0, 33, 33)).of(16, 16).to_vec();
+    let middle = fragments(&Cpu, &geometry, &ahead(4.0, 33, 33), &Options::BOTH, &Stop::default()).unwrap();
+    let middle = middle.of(16, 16).to_vec();
     assert_eq!(middle.iter().map(|f| f.triangle / 32).collect::<Vec<_>>(), [0, 0, 1, 1]);
-    let cull = Options { cull_back: true };
+    let cull = Options { sides: Sides::Facing };
     let front = fragments(&Cpu, &geometry, &ahead(4.0, 33, 33), &cull, &Stop::default()).unwrap();
     assert_eq!(front.of(16, 16).iter().map(|f| f.triangle / 32).collect::<Vec<_>>(), [0, 1]);
     assert!(front.of(16, 16)[0].depth < 3.5);
 }
 
 /// A texture of two texels: the left one is a hole.
+#[test]
+fn backs_of_single_sided_materials_are_asked_for() {
+    let single = || Material { double_sided: false, ..Material::default() };
+    let mut near = object("near", square(), single());
+    let far = object("far", square(), Material::default());
+    let count = |near: &Object, options: &Options| {
+        let mut far = far.clone();
+        far.transform = Mat4::from_translation(Vec3::new(0.0, 0.0, -1.0));
+        let geometry = Geometry::new(&Scene { objects: vec![far, near.clone()] });
+        fragments(&Cpu, &geometry, &ahead(2.0, 9, 9), options, &Stop::default()).unwrap().of(4, 4).len()
+    };
+    assert_eq!(count(&near, &Options::default()), 2);
+    // Mirrored from left to right it still faces the eye.
+    near.transform = Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0));
+    assert_eq!(count(&near, &Options::default()), 2);
+    // Turned round, or mirrored from front to back, it shows its back.
+    for turn in [Mat4::from_rotation_y(std::f32::consts::PI), Mat4::from_scale(Vec3::new(1.0, 1.0, -1.0))] {
+        near.transform = turn;
+        assert_eq!(count(&near, &Options::default()), 1);
+        assert_eq!(count(&near, &Options::BOTH), 2);
+        // Of points around the eye none sees the front; one behind it does.
+        let mut points = [DVec3::new(0.0, 0.0, 2.0); 8];
+        assert_eq!(count(&near, &Options { sides: Sides::FacingAny(points) }), 1);
+        points[5].z = -1.0;
+        assert_eq!(count(&near, &Options { sides: Sides::FacingAny(points) }), 2);
+        let both = Object { parts: object("", square(), Material::default()).parts, ..near.clone() };
+        assert_eq!(count(&both, &Options::default()), 2);
+    }
+}
+
 fn half_hole(alpha: Alpha, smooth: bool) -> Material {
     let image = Image { name: String::new(), width: 2, height: 1, texels: vec![[9, 9, 9, 0], [9, 9, 9, 255]].into() };
     let texture = Texture {

@@ -3,12 +3,12 @@
 use super::{
     Face, Soup,
     cuts::{Cut, meets},
-    slice,
+    facing, slice,
 };
 use crate::{
     image::srgb,
     math::Stop,
-    raster::{Cpu, Fragments, Geometry, Holes, Options, Shader, fragments},
+    raster::{Cpu, Fragments, Geometry, Holes, Shader, fragments},
     scene::{Alpha, Image, Material, Mesh, Object, Part, Scene, Texture, Wrap},
     voxel::{
         Cell, Field, Slices,
@@ -113,11 +113,11 @@ fn locate(slices: &Slices, i: usize, x: i64, y: i64) -> Option<(usize, usize)> {
 }
 
 fn literal(scene: &Scene, geometry: &Geometry, slices: &Slices, n: u32, skirt: u8) -> Vec<Literal> {
-    let soup = Soup::new(geometry, slices.cell.centre);
+    let soup = Soup::new(geometry, &slices.cell);
     let shader = Shader::new(geometry);
     let face = |f| {
         let face = Face::new(geometry, &soup, slices, f, n, &Stop::default()).unwrap();
-        let fragments = fragments(&Cpu, geometry, &face.prepared.view, &Options::default(), &Stop::default()).unwrap();
+        let fragments = fragments(&Cpu, geometry, &face.prepared.view, &facing(slices), &Stop::default()).unwrap();
         Slow { slices, face, fragments }
     };
     let faces: Vec<_> = slices.frusta.iter().map(face).collect();
@@ -200,7 +200,7 @@ fn as_literal(fields: &[Field]) -> Vec<Literal> {
     fields.iter().map(|f| f.voxels.iter().map(|v| voxel(f, v)).collect()).collect()
 }
 
-/// Objects of a few triangles each, of which some have holes.
+/// Objects of a triangle each, of which some have holes; every other one without has one side.
 fn scene(triangles: &[([[f32; 3]; 3], [f32; 3], bool)]) -> Scene {
     let checker = Image {
         name: "checker".into(),
@@ -217,7 +217,7 @@ fn scene(triangles: &[([[f32; 3]; 3], [f32; 3], bool)]) -> Scene {
         wrap: [Wrap::Repeat; 2],
         smooth: false,
     };
-    let solid = Arc::new(Material::default());
+    let solid = [true, false].map(|double_sided| Arc::new(Material { double_sided, ..Material::default() }));
     let holes = Arc::new(Material {
         base_color_texture: Some(texture),
         alpha: Alpha::Mask { cutoff: 0.5 },
@@ -231,7 +231,7 @@ fn scene(triangles: &[([[f32; 3]; 3], [f32; 3], bool)]) -> Scene {
             triangles: vec![[0, 1, 2]].into(),
             ..Mesh::default()
         };
-        let material = if *masked { holes.clone() } else { solid.clone() };
+        let material = if *masked { holes.clone() } else { solid[i % 2].clone() };
         Object {
             name: format!("object {i:03}"),
             transform: Mat4::IDENTITY,
@@ -244,7 +244,7 @@ fn scene(triangles: &[([[f32; 3]; 3], [f32; 3], bool)]) -> Scene {
 fn check(scene: &Scene, cell: &Cell, lens: &Lens, n: u32, skirt: u8) -> Option<Slices> {
     let geometry = Geometry::new(scene);
     let stop = Stop::default();
-    let soup = Soup::new(&geometry, cell.centre);
+    let soup = Soup::new(&geometry, cell);
     let slices = frame(cell, &soup.corners, lens, &stop).ok()?;
     let fields = slice(&Cpu, scene, &geometry, &soup, &slices, n, skirt.into(), &stop).unwrap();
     for f in &fields {
@@ -315,7 +315,7 @@ fn threads_and_bytes() {
     }
     let (scene, stop) = (scene(&t), Stop::default());
     let geometry = Geometry::new(&scene);
-    let soup = Soup::new(&geometry, CELL.centre);
+    let soup = Soup::new(&geometry, &CELL);
     let lens = Lens { resolution: 200, fov: 0.8, max_layers: 100, max_side: 4000 };
     let slices = frame(&CELL, &soup.corners, &lens, &stop).unwrap();
     let run = |threads: usize| {

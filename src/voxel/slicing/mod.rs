@@ -1,6 +1,7 @@
 //! The voxel field that a cell sees (Jeschke and Wimmer 2002, sections 4.1 and 4.2).
 //!
-//! Meaning: each layer holds what is seen from the cell's centre between its two borders, back faces too. A pixel is
+//! Meaning: each layer holds what is seen from the cell's centre between its two borders; backs of single-sided materials
+//! only where some point of the cell sees their front. A pixel is
 //! filled where one of its samples is covered, or where a surface passes from this layer to a neighbouring one: the
 //! cuts along both borders are drawn conservatively, so that a continuous surface is never cut between layers. Hidden
 //! voxels are then removed (see [`hidden`]).
@@ -21,17 +22,18 @@ mod skirt;
 #[cfg(test)]
 mod literal;
 
-use super::{Field, Frustum, Slices, Voxel};
+use super::{Cell, Field, Frustum, Slices, Voxel};
 use crate::{
     math::{Projection, Stop, Stopped, View},
-    raster::{Backend, Cutout, Geometry, Options, Prepared, Shader},
+    raster::{Backend, Cutout, Geometry, Options, Prepared, Shader, Sides, faces_any},
     scene::Scene,
 };
 use cuts::{Crossings, Screen};
 use glam::DVec3;
 use hidden::Hidden;
 
-/// The triangles of a scene in world space, relative to the cell's centre. Materials that are all hole are left out.
+/// The triangles of a scene in world space, relative to the cell's centre. Materials that are all hole are left out, and so are
+/// triangles of single-sided materials that show their back to the whole cell.
 pub struct Soup {
     /// Corners in the order of the mesh's indices.
     pub corners: Vec<[DVec3; 3]>,
@@ -40,12 +42,20 @@ pub struct Soup {
 }
 
 impl Soup {
-    pub fn new(geometry: &Geometry, centre: DVec3) -> Self {
-        let draws = || geometry.draws().iter().filter(|d| d.cutout != Cutout::Hidden);
-        let count = |d: &crate::raster::Draw| d.mesh.triangles.len() as u32;
-        let numbers = draws().flat_map(|d| d.first..d.first + count(d)).collect();
-        let corners = draws().flat_map(|d| (0..count(d)).map(move |t| d.corners(t).map(|p| p - centre)));
-        Self { corners: corners.collect(), numbers }
+    pub fn new(geometry: &Geometry, cell: &Cell) -> Self {
+        let (centre, from) = (cell.centre, cell.corners());
+        let (mut corners, mut numbers) = (Vec::new(), Vec::new());
+        for d in geometry.draws().iter().filter(|d| d.cutout != Cutout::Hidden) {
+            for t in 0..d.mesh.triangles.len() as u32 {
+                let [a, b, c] = d.corners(t);
+                let front = if d.mirrored { [a, c, b] } else { [a, b, c] };
+                if d.material.double_sided || faces_any(&front, &from) {
+                    corners.push([a - centre, b - centre, c - centre]);
+                    numbers.push(d.first + t);
+                }
+            }
+        }
+        Self { corners, numbers }
     }
 }
 
@@ -76,7 +86,7 @@ impl<'a> Face<'a> {
             soup,
             borders: &slices.borders,
             samples,
-            prepared: Prepared::new(geometry, &view, &Options::default(), stop)?,
+            prepared: Prepared::new(geometry, &view, &facing(slices), stop)?,
             crossings: Crossings::new(soup, slices, &screen, stop)?,
             screen,
         })
@@ -87,6 +97,11 @@ impl<'a> Face<'a> {
         let n = self.samples;
         (0..n * n).map(move |i| [x * n + i % n, y * n + i / n])
     }
+}
+
+/// What the cell sees: no backs of single-sided materials, unless some point of the cell sees their front.
+fn facing(slices: &Slices) -> Options {
+    Options { sides: Sides::FacingAny(slices.cell.corners()) }
 }
 
 /// The view whose pixels are the samples of a frustum, from the nearest border on.
