@@ -8,6 +8,7 @@ mod draw_sprites;
 mod evaluate;
 mod evaluate_sprite;
 mod field_scene;
+mod fit_factor;
 mod load_scene;
 mod make_scene;
 mod pack_atlas;
@@ -63,6 +64,7 @@ pub fn registry() -> Registry {
     r.add::<select_objects::SelectObjects>();
     r.add::<split_objects::SplitObjects>();
     r.add::<write_glb::WriteGlb>();
+    r.add::<fit_factor::FitFactor>();
     r.add::<collapse::Collapse>();
     r.add::<voxel_mesh::VoxelMeshNode>();
     r.add::<field_scene::FieldScene>();

@@ -3,6 +3,7 @@
 pub mod quadric;
 pub mod voxel_cover;
 
+use super::values::Factor;
 use crate::{
     engine::node::{Ctx, Node, NodeError},
     ports,
@@ -10,7 +11,8 @@ use crate::{
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
+use std::{ops::RangeInclusive, sync::Arc};
+use voxel_cover::fit::{FitError, fit};
 
 /// How edges are chosen and what forbids their collapse.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -32,15 +34,17 @@ pub struct Params {
     /// Side of the box in which a voxel must be touched, in voxels; 1 to 8. Larger: fewer triangles, a larger error
     /// (about `factor` pixels seen from the cell). The paper: 1.5 to 2.
     pub factor: f64,
-    /// Policy `quadric`: triangles to stop at; 1 or more.
-    pub triangles: u32,
+    /// Triangles to which each connected mesh is simplified at most; 1 or more. Policy `voxel-cover`: instead of `factor` the smallest factor
+    /// of 1 to 8 that leaves no more, found by a search. The error bound follows the factor. An error where 8 leaves more. For a number of all
+    /// meshes together connect `fit-factor` (in `tdm` the knob `triangles`). Policy `quadric`: 1000 where there is none.
+    pub triangles: Option<u32>,
     /// Policy `quadric`: whether boundary vertices stay where they are.
     pub lock_border: bool,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { policy: Policy::VoxelCover, factor: 2.0, triangles: 1000, lock_border: false }
+        Self { policy: Policy::VoxelCover, factor: 2.0, triangles: None, lock_border: false }
     }
 }
 
@@ -48,6 +52,8 @@ ports! {
     pub struct In {
         /// A connected mesh over voxels.
         mesh: Arc<VoxelMesh>,
+        /// Takes the place of `factor` where it holds one.
+        fitted: Option<Arc<Factor>>,
     }
 }
 
@@ -55,6 +61,17 @@ ports! {
     pub struct Out {
         /// The same surface in fewer triangles; every face names the voxels that it covers.
         mesh: Arc<VoxelMesh>,
+    }
+}
+
+/// Factors that make sense.
+pub const FACTORS: RangeInclusive<f64> = 1.0..=8.0;
+
+/// A target that was not met, as a node's error.
+pub fn unfit(e: FitError) -> NodeError {
+    match e {
+        FitError::Stopped(s) => NodeError::Stopped(s),
+        other => NodeError::from_error(&other),
     }
 }
 
@@ -75,21 +92,28 @@ impl Node for Collapse {
     }
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
-        if !(1.0..=8.0).contains(&params.factor) {
+        if !FACTORS.contains(&params.factor) {
             return Err(("factor", format!("expected 1 to 8 voxels, found {}", params.factor)));
         }
-        if params.triangles == 0 {
+        if params.triangles == Some(0) {
             return Err(("triangles", "expected 1 or more".into()));
         }
         Ok(())
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
-        let mesh = match params.policy {
-            Policy::VoxelCover => voxel_cover::simplify(&inputs.mesh, params.factor, ctx.stop)?,
-            Policy::Quadric => {
-                let target = quadric::Target { triangles: params.triangles as usize, lock_border: params.lock_border };
-                quadric::simplify(&inputs.mesh, target, params.factor, ctx.stop)?
+        let mesh = &*inputs.mesh;
+        let factor = inputs.fitted.and_then(|f| f.0).unwrap_or(params.factor);
+        let mesh = match (params.policy, params.triangles) {
+            (Policy::VoxelCover, None) => voxel_cover::simplify(mesh, factor, ctx.stop)?,
+            (Policy::VoxelCover, Some(target)) => {
+                let fitted = fit(&[mesh], target as usize, FACTORS, ctx.stop).map_err(unfit)?;
+                fitted.meshes.into_iter().next().unwrap_or_default()
+            }
+            (Policy::Quadric, target) => {
+                let target =
+                    quadric::Target { triangles: target.unwrap_or(1000) as usize, lock_border: params.lock_border };
+                quadric::simplify(mesh, target, factor, ctx.stop)?
             }
         };
         Ok(Out { mesh: Arc::new(mesh) })

@@ -1,7 +1,8 @@
-//! How the values that flow on edges are stored: `Artifact` for scenes, cells, fields, meshes, bounds and sprites.
+//! How the values that flow on edges are stored: `Artifact` for scenes, cells, fields, meshes, factors, bounds and sprites.
 
 mod bound;
 mod charted_mesh;
+mod factor;
 mod scene;
 mod slices;
 mod sprite;
@@ -9,4 +10,5 @@ mod view_cell;
 mod voxel_mesh;
 
 pub use bound::Bound;
+pub use factor::Factor;
 pub use sprite::{Choice, Sprite};

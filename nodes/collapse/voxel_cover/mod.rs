@@ -17,6 +17,7 @@ mod close;
 mod contract;
 mod cover;
 mod drop;
+pub mod fit;
 mod gaps;
 mod merge;
 mod notch;
