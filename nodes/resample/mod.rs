@@ -3,3 +3,6 @@
 mod voxels;
 
 pub use voxels::Resample;
+
+#[cfg(test)]
+mod tests;

@@ -59,7 +59,7 @@ pub struct Resample;
 
 impl Node for Resample {
     const KIND: &'static str = "resample";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;

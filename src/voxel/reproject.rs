@@ -7,7 +7,7 @@
 
 use super::{Cell, Frustum, Slices, VoxelMesh};
 use crate::math::{Aabb, shift};
-use glam::{DVec3, dvec3};
+use glam::{DVec2, DVec3, dvec2, dvec3};
 
 /// A mesh and the slices that it was made from do not fit together.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -128,6 +128,31 @@ impl<'a> Reprojection<'a> {
         (above - 1) as f64 + (z - a) / (b - a)
     }
 
+    /// The cell that the slices were made for.
+    pub fn cell(&self) -> &'a super::Cell {
+        &self.slices.cell
+    }
+
+    /// Where the ray from `viewer` (its offset from the cell's centre) through `p` (x, y in pixels, z the layer) meets
+    /// layer `l`, a layer that exists or the nearest that does: x and y in pixels.
+    pub fn seen_at(&self, viewer: DVec3, p: DVec3, l: i32) -> DVec2 {
+        let f = self.frustum;
+        let last = self.slices.layers.len() as i32 - 1;
+        let base = p.z.floor().clamp(0.0, f64::from((last - 1).max(0)));
+        let [a, b] = [0.0, 1.0].map(|k| self.depth(((base + k) as i32).min(last)));
+        let through = a + (b - a) * (p.z - base);
+        let z = self.depth(l.clamp(0, last));
+        let (scale, origin) = (
+            dvec2((f.right_tan - f.left) / f64::from(f.size[0]), (f.bottom - f.top) / f64::from(f.size[1])),
+            dvec2(f.left, f.top),
+        );
+        let from = dvec2(viewer.dot(f.right), viewer.dot(f.up));
+        let forward = viewer.dot(f.forward);
+        let place = (origin + p.truncate() * scale) * through;
+        let at = from + (place - from) * ((z - forward) / (through - forward));
+        (at / z - origin) / scale
+    }
+
     /// How many pixels layer l + 1 moves at most against layer l, seen from anywhere in the cell (section 4.1,
     /// with the cell's own half extents).
     pub fn movement(&self, l: usize) -> f64 {
@@ -154,7 +179,6 @@ pub fn face_barycentrics(b: DVec3, z: DVec3) -> Option<DVec3> {
 mod tests {
     use super::*;
     use crate::voxel::testing;
-    use glam::DVec2;
     use proptest::prelude::*;
 
     proptest! {

@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 /// Below this many voxels, looking at all is faster than an index.
 const FEW: usize = 24;
 /// Softens the weight 1/(d² + ε²) so that a voxel at distance 0 does not rule alone; voxel sides.
-const EPS: f64 = 0.25;
+pub const EPS: f64 = 0.25;
 
 /// Voxels to take colours from.
 pub enum Source<'a> {
@@ -35,27 +35,31 @@ impl<'a> Source<'a> {
     /// light; one voxel's own bytes where all agree. Distances by `weight`, see [`Lattice::nearest`].
     pub fn sample(&self, p: DVec3, weight: DVec3, n: usize) -> ([u8; 4], Vec3) {
         let (voxels, nearest) = self.nearest(p, weight, n);
-        let (mut colour, mut normal, mut sum) = (Vec3::ZERO, Vec3::ZERO, 0.0);
-        let mut first = None;
-        let mut alike = true;
-        for &(d2, i) in nearest.found() {
-            let v = &voxels[i as usize];
-            let first = *first.get_or_insert(v.color);
-            alike &= v.color == first;
-            let w = (1.0 / (d2 + EPS * EPS)) as f32;
-            colour += Vec3::from_array([0, 1, 2].map(|k| srgb::to_linear(v.color[k]))) * w;
-            normal += octahedral(v.normal) * w;
-            sum += w;
-        }
-        let color = match first {
-            Some([r, g, b, _]) if alike => [r, g, b, 255],
-            _ => {
-                let [r, g, b] = (colour / sum.max(f32::MIN_POSITIVE)).to_array().map(srgb::from_linear);
-                [r, g, b, 255]
-            }
-        };
-        (color, normal.try_normalize().unwrap_or(Vec3::Z))
+        mix(nearest.found().iter().map(|&(d2, i)| (1.0 / (d2 + EPS * EPS), &voxels[i as usize])))
     }
+}
+
+/// sRGB colour and world normal of voxels by weight, averaged in linear light; one voxel's own bytes where all agree.
+pub fn mix<'a>(of: impl IntoIterator<Item = (f64, &'a Voxel)>) -> ([u8; 4], Vec3) {
+    let (mut colour, mut normal, mut sum) = (Vec3::ZERO, Vec3::ZERO, 0.0);
+    let mut first = None;
+    let mut alike = true;
+    for (w, v) in of {
+        let first = *first.get_or_insert(v.color);
+        alike &= v.color == first;
+        let w = w as f32;
+        colour += Vec3::from_array([0, 1, 2].map(|k| srgb::to_linear(v.color[k]))) * w;
+        normal += octahedral(v.normal) * w;
+        sum += w;
+    }
+    let color = match first {
+        Some([r, g, b, _]) if alike => [r, g, b, 255],
+        _ => {
+            let [r, g, b] = (colour / sum.max(f32::MIN_POSITIVE)).to_array().map(srgb::from_linear);
+            [r, g, b, 255]
+        }
+    };
+    (color, normal.try_normalize().unwrap_or(Vec3::Z))
 }
 
 /// The unit vector of an octahedral normal scaled to ±32767.

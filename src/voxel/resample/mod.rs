@@ -12,9 +12,10 @@ pub mod charts;
 pub mod colour;
 pub mod grid;
 pub mod place;
+pub mod rays;
 
 use super::{
-    Slices, Voxel, VoxelMesh,
+    Slices, VoxelMesh,
     reproject::{MisfitError, Reprojection},
 };
 use crate::{
@@ -27,6 +28,7 @@ use glam::DVec2;
 use grid::Texel;
 use place::Space;
 use rayon::prelude::*;
+use rays::{Columns, Sight};
 
 /// How texels are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,10 +84,10 @@ pub fn resample(
     let space = Space::new(mesh, map);
     let margin = settings.margin.max(2);
     let charts = charts::cut(&space, 1.0 / settings.texel, margin, settings.max_size.max(16), stop)?;
-    let own = face_voxels(mesh);
-    let sources: Vec<Option<Source>> = own.par_iter().map(|v| (!v.is_empty()).then(|| Source::new(v))).collect();
-    let whole = Source::new(&mesh.voxels);
-    let from = Sources { whole, faces: sources };
+    let from = Sources {
+        nearest: Source::new(&mesh.voxels),
+        columns: Columns::new(&mesh.voxels, 0..mesh.voxels.len() as u32),
+    };
     let textures: Vec<Texture> = charts
         .par_iter()
         .map(|chart| texture(&space, chart, &from, settings, margin, stop))
@@ -93,23 +95,10 @@ pub fn resample(
     Ok(assemble(&space, &charts, textures, margin, settings.normals, bound_px))
 }
 
-/// The voxels that each face covers, in order.
-fn face_voxels(mesh: &VoxelMesh) -> Vec<Vec<Voxel>> {
-    let cover = |f: usize| &mesh.cover[mesh.cover_start[f] as usize..mesh.cover_start[f + 1] as usize];
-    (0..mesh.faces.len())
-        .into_par_iter()
-        .map(|f| {
-            let mut numbers = cover(f).to_vec();
-            numbers.sort_unstable();
-            numbers.iter().map(|i| mesh.voxels[*i as usize]).collect()
-        })
-        .collect()
-}
-
+/// The mesh's voxels: by pixel, and by distance for what no ray meets.
 struct Sources<'a> {
-    whole: Source<'a>,
-    /// Of each face's own voxels; absent where it covers none.
-    faces: Vec<Option<Source<'a>>>,
+    columns: Columns<'a>,
+    nearest: Source<'a>,
 }
 
 /// A chart's texels, row by row.
@@ -135,21 +124,23 @@ fn texture(
 ) -> Result<Texture, Stopped> {
     let (origin, size) = frame(chart, margin);
     // Owned texels are looked up; the others take the colour of the nearest of those.
-    const INSIDE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
+    let sight = Sight::new(space, chart, &from.columns);
     let width = size[0] as usize;
     let weight = chart.axis.weight();
     let mut texels = vec![Looked::default(); width * size[1] as usize];
     texels.par_chunks_mut(width).enumerate().try_for_each(|(y, row)| {
         stop.check()?;
+        let mut seen = Vec::new();
         for (x, texel) in row.iter_mut().enumerate() {
             let at = [origin[0] + x as i32, origin[1] + y as i32];
-            let Some((face, d)) = chart.grid.owner(at) else { continue };
+            let Some((face, _)) = chart.grid.owner(at) else { continue };
             let p = space.place(face, &chart.triangle(space, face), grid::centre(at));
-            let source = match &from.faces[face as usize] {
-                Some(own) if d < INSIDE => own,
-                _ => &from.whole,
+            sight.seen(p, settings.n > 1, &mut seen);
+            let (color, normal) = if seen.is_empty() {
+                from.nearest.sample(p, weight, settings.n)
+            } else {
+                colour::mix(seen.iter().map(|(w, i)| (*w, &space.mesh.voxels[*i as usize])))
             };
-            let (color, normal) = source.sample(p, weight, settings.n);
             let c = ((normal + 1.0) * 127.5).round();
             *texel = Looked { known: true, color, normal: [c.x as u8, c.y as u8, c.z as u8, 255] };
         }
