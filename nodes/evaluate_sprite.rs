@@ -13,7 +13,7 @@ use crate::{
     ports,
     raster::Geometry,
     scene::Scene,
-    sprite::{Exact, Layout, Packed, Peeled},
+    sprite::{Exact, Layout, Packed, Peeled, Repair, WindingSolid},
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -92,7 +92,7 @@ impl Counts {
 
 impl Node for EvaluateSprite {
     const KIND: &'static str = "evaluate-sprite";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -110,7 +110,18 @@ impl Node for EvaluateSprite {
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
         let (peeled, sprite) = (&*inputs.image, &*inputs.sprite);
-        let exact = Exact::new(&Geometry::new(&inputs.scene), &peeled.frame);
+        let geometry = Geometry::new(&inputs.scene);
+        let exact = Exact::new(&geometry, &peeled.frame);
+        let winding = match peeled.repair {
+            Repair::Winding => Some(WindingSolid::new(&geometry, &peeled.frame, ctx.stop)?),
+            _ => None,
+        };
+        let truth = |p: DVec3| winding.as_ref().map_or_else(|| exact.contains(p), |w| w.contains(p));
+        // The surface, or the membrane with which the winding number closes a hole.
+        let is_near = |p: DVec3, distance: f64| {
+            let beside = |axis: DVec3| truth(p + axis * distance) != truth(p - axis * distance);
+            exact.is_near(p, distance) || winding.is_some() && DVec3::AXES.into_iter().any(beside)
+        };
         let cropped = sprite.packed.unpack();
         let mut layouts: Vec<Packed> = Layout::ALL.into_iter().filter_map(|l| Packed::new(&cropped, l)).collect();
         let floats = layouts.len();
@@ -127,8 +138,8 @@ impl Node for EvaluateSprite {
             let changed = u64::from(found != peeled.image.contains(point.to_array()));
             let mut counts = Counts { inside: u64::from(found), changed, ..Counts::default() };
             counts.layouts = layouts.iter().filter(|l| l.contains(point.to_array()) != found).count() as u64;
-            if found != exact.contains(point.as_dvec3()) {
-                let near = exact.is_near(point.as_dvec3(), texel);
+            if found != truth(point.as_dvec3()) {
+                let near = is_near(point.as_dvec3(), texel);
                 *(if near { &mut counts.near } else { &mut counts.wrong }) = 1;
             }
             counts
@@ -166,6 +177,8 @@ impl Node for EvaluateSprite {
             // As shares of the cube's side.
             "depth_error": { "bound": sprite.packed.grid().map_or(0.0, |g| g.bound()), "max": lost },
             "odd_rays": peeled.odd.len(),
+            // What answers are judged by.
+            "inside": if winding.is_some() { "the winding number w of the surface: |w| > 1/2" } else { "the parity of crossings" },
             "points": params.points,
             "inside_points": counts.inside,
             "wrong_points": counts.wrong,

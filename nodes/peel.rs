@@ -39,6 +39,9 @@ pub enum Repair {
     Drop,
     /// Crossings are kept where they enter and leave in turn.
     Pair,
+    /// The winding number decides every ray: holes are closed, and where shapes overlap all that any of them holds is inside. For scans and
+    /// other open or self-overlapping models whose triangles turn one side outwards (Jacobson et al. 2013).
+    Winding,
 }
 
 impl Default for Params {
@@ -67,7 +70,7 @@ pub struct Peel;
 
 impl Node for Peel {
     const KIND: &'static str = "peel";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -100,6 +103,7 @@ impl Node for Peel {
             Repair::None => sprite::Repair::None,
             Repair::Drop => sprite::Repair::Drop,
             Repair::Pair => sprite::Repair::Pair,
+            Repair::Winding => sprite::Repair::Winding,
         };
         let backend = super::backend(ctx);
         let how =

@@ -2,7 +2,7 @@
 
 use crate::{
     engine::artifact::{Artifact, DecodeError, Decoder, Encoder},
-    sprite::{Direction, Frame, Grid, LayeredDepthImage, Layout, OddRay, Packed, Peeled, Region},
+    sprite::{Direction, Frame, Grid, LayeredDepthImage, Layout, OddRay, Packed, Peeled, Region, Repair},
 };
 use glam::DVec3;
 
@@ -70,21 +70,31 @@ fn get(data: &Decoder) -> Result<(LayeredDepthImage, Frame), DecodeError> {
     Ok((image.map_err(|what| DecodeError::section("depths", what))?, frame))
 }
 
+/// By their numbers in files.
+const REPAIRS: [Repair; 4] = [Repair::None, Repair::Drop, Repair::Pair, Repair::Winding];
+
 impl Artifact for Peeled {
     const TYPE: &'static str = "LayeredDepthImage";
-    const FORMAT: u32 = 1;
+    const FORMAT: u32 = 2;
 
     fn encode(&self, out: &mut Encoder) {
         put(out, &self.image, &self.frame);
         let odd: Vec<[u32; 3]> = self.odd.iter().map(|o| [o.texel[0], o.texel[1], o.crossings]).collect();
         out.array("odd", &odd);
+        let repair = REPAIRS.iter().position(|r| *r == self.repair).unwrap_or(0);
+        out.array("repair", &[repair as u32]);
     }
 
     fn decode(data: &Decoder) -> Result<Self, DecodeError> {
         let (image, frame) = get(data)?;
         let odd = data.array::<[u32; 3]>("odd")?;
         let odd = odd.iter().map(|[x, y, crossings]| OddRay { texel: [*x, *y], crossings: *crossings }).collect();
-        Ok(Self { image, frame, odd })
+        let repair = match data.array::<u32>("repair")?[..] {
+            [r] => REPAIRS.get(r as usize).copied(),
+            _ => None,
+        };
+        let repair = repair.ok_or_else(|| DecodeError::section("repair", "expected the number of a repair"))?;
+        Ok(Self { image, frame, odd, repair })
     }
 }
 
@@ -131,7 +141,7 @@ mod tests {
     fn peeled() -> Peeled {
         let image = LayeredDepthImage::new([2, 2], [vec![], vec![0.25, 0.5], vec![0.0, 0.125, 0.5, 0.75], vec![]]);
         let frame = Frame::from_parts([DVec3::X, DVec3::Y, -DVec3::Z], DVec3::new(1.0, 2.0, 3.0), 4.0).unwrap();
-        Peeled { image, frame, odd: vec![OddRay { texel: [1, 1], crossings: 3 }] }
+        Peeled { image, frame, odd: vec![OddRay { texel: [1, 1], crossings: 3 }], repair: Repair::Pair }
     }
 
     #[test]

@@ -20,14 +20,18 @@ mod draw;
 mod exact;
 mod grid;
 mod layered;
+mod membrane;
 mod overlap;
 mod packed;
 mod peel;
 mod solid;
 mod volume;
+mod winding;
 
 #[cfg(test)]
 mod effect_tests;
+#[cfg(test)]
+mod membrane_tests;
 #[cfg(test)]
 mod tests;
 
@@ -36,6 +40,7 @@ pub use draw::{Drawing, Effect, Solid, Style, draw};
 pub use exact::Exact;
 pub use grid::Grid;
 pub use layered::{LayeredDepthImage, Region};
+pub use membrane::Solid as WindingSolid;
 pub use overlap::{Overlap, overlap};
 pub use packed::{Layout, Packed, Section};
 pub use peel::{Frame, OddRay, PeelError, Peeled, Peeling, Repair, peel};

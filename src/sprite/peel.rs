@@ -3,7 +3,7 @@
 //! The paper peels layer after layer with a second depth test. Here one pass gathers all surfaces of every ray: equal depths are
 //! kept, of which strict peeling would drop one and turn inside and outside round behind it.
 
-use super::{Direction, LayeredDepthImage, layered::INVALID};
+use super::{Direction, LayeredDepthImage, layered::INVALID, membrane::Solid};
 use crate::{
     math::{Projection, Stop, Stopped, View},
     raster::{Backend, Geometry, MAX_SIDE, Options, Prepared, Tile, TileFragments, fragments_in_tiles},
@@ -96,6 +96,9 @@ pub enum Repair {
     Drop,
     /// Crossings are kept where they enter and leave in turn, by the side of the surface that they see.
     Pair,
+    /// Inside is where the winding number says so, on every ray: where surfaces overlap, all that any of them holds, and where they
+    /// have holes, what they enclose. Triangles must be counter-clockwise seen from outside, or all clockwise.
+    Winding,
 }
 
 /// How a solid is peeled.
@@ -123,6 +126,8 @@ pub struct Peeled {
     pub frame: Frame,
     /// Those that were repaired, row by row.
     pub odd: Vec<OddRay>,
+    /// How they were; [`Repair::None`] where there was nothing to repair. [`Repair::Winding`] decides every ray.
+    pub repair: Repair,
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -136,8 +141,8 @@ pub enum PeelError {
     #[error("{0} rays along a side of the image, texels times samples; expected 1 to {MAX_SIDE}")]
     Resolution(u64),
     #[error(
-        "{} rays cross the surface an odd number of times, the first at texel ({}, {}): it is not closed; choose the repair \
-         `drop` or `pair`, or close it",
+        "{} rays cross the surface an odd number of times, the first at texel ({}, {}): it is not closed; `--set peel.repair=winding` \
+         closes its holes by the winding number (`pair` and `drop` mend single rays); or close the surface in its source",
         odd.len(), odd[0].texel[0], odd[0].texel[1]
     )]
     Open { odd: Vec<OddRay> },
@@ -165,17 +170,30 @@ pub fn peel(
     }
     let side = Tile::SIDE / samples * samples;
     let view = frame.view(resolution * samples);
+    let solid = if repair == Repair::Winding { Some(Solid::new(geometry, &frame, stop)?) } else { None };
+    let texel = 1.0 / f64::from(resolution);
     let prepared = Prepared::with_tiles(geometry, &view, &Options::BOTH, side, stop)?;
     let tiles = fragments_in_tiles(backend, &prepared, stop, |tile, fragments| {
         let mut odd = Vec::new();
         let mut ray = |i: usize| -> Vec<f32> {
             let crossings = fragments.of(i).len() as u32;
-            if crossings.is_multiple_of(2) {
-                return fragments.of(i).iter().map(|f| frame.depth(f.depth)).collect();
-            }
             let (x, y) = tile.pixel(i);
-            odd.push(OddRay { texel: [x / samples, y / samples], crossings });
-            frame.repaired(geometry, fragments, i, repair)
+            let is_odd = !crossings.is_multiple_of(2);
+            if is_odd {
+                odd.push(OddRay { texel: [x / samples, y / samples], crossings });
+            }
+            let depths = || fragments.of(i).iter().map(|f| frame.depth(f.depth)).collect();
+            match &solid {
+                // What was left undone is given up below.
+                Some(_) if stop.is_set() => Vec::new(),
+                Some(solid) => {
+                    let [s, t] = [x, y].map(|p| (f64::from(p) + 0.5) / rays as f64);
+                    let depths: Vec<f32> = depths();
+                    solid.ranges(s, t, &depths, texel)
+                }
+                None if is_odd => frame.repaired(geometry, fragments, i, repair),
+                None => depths(),
+            }
         };
         let mut texels: Vec<Vec<f32>> = Vec::with_capacity(tile.pixels() / (samples * samples) as usize);
         for y in (0..tile.height).step_by(samples as usize) {
@@ -187,6 +205,7 @@ pub fn peel(
         let tile = Tile { y: tile.y / samples, width: tile.width / samples, ..tile };
         (tile, texels, odd)
     })?;
+    stop.check()?;
     let mut odd: Vec<OddRay> = tiles.iter().flat_map(|t| &t.2).copied().collect();
     odd.sort_by_key(|o| (o.texel[1], o.texel[0]));
     if repair == Repair::None && !odd.is_empty() {
@@ -203,7 +222,8 @@ pub fn peel(
     if image.depths().is_empty() {
         return Err(PeelError::Missed(resolution));
     }
-    Ok(Peeled { image, frame, odd })
+    let repair = if odd.is_empty() && repair != Repair::Winding { Repair::None } else { repair };
+    Ok(Peeled { image, frame, odd, repair })
 }
 
 /// The ranges that at least half of some rays hold; where they touch they are one.

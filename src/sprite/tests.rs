@@ -55,7 +55,7 @@ fn exact(geometry: &Geometry, p: DVec3) -> bool {
 fn check(scene: &Scene, forward: DVec3, resolution: u32) -> usize {
     let geometry = Geometry::new(scene);
     assert!(closedness(&geometry).is_closed());
-    let Peeled { image, frame, odd } = run(scene, forward, resolution, Repair::None).unwrap();
+    let Peeled { image, frame, odd, .. } = run(scene, forward, resolution, Repair::None).unwrap();
     assert!(odd.is_empty());
     let cropped = image.crop().unwrap();
     let packed: Vec<Packed> = Layout::ALL.into_iter().map(|l| Packed::new(&cropped, l).unwrap()).collect();
