@@ -255,9 +255,39 @@ impl Node for DrawSprites {
             samples: params.samples,
         };
         let picture = draw(super::backend(ctx), &shader, &scene.objects, &view, &drawing, ctx.stop)?;
+        let [r, g, b] = params.background;
+        if picture.texels.iter().all(|t| *t == [r, g, b, 255]) {
+            (ctx.warn)(
+                "the picture is empty: nothing but the background is seen; either `eye` and `target` look past everything, or effects hide all \
+                 of it (`places` that are larger than the scene)"
+                    .into(),
+            );
+        }
         let bytes = encode_png(&picture).map_err(|e| NodeError::from_error(&e))?;
         Ok(Out { picture: Arc::new(File { media_type: "image/png".into(), bytes }) })
     }
+}
+
+/// A picture of one volume by itself, 640 × 480.
+pub fn portrait(volume: Volume, ctx: &Ctx) -> Result<Arc<File>, NodeError> {
+    let params = Params { size: [640, 480], fov: 30.0, ..Params::default() };
+    let scene = Scene { objects: Vec::new() };
+    let volumes = [volume];
+    let view = view(&params, &scene, &volumes)?;
+    let geometry = Geometry::new(&scene);
+    let solid = sprite::Solid { volume: 0, color: [222, 184, 120].map(srgb::to_linear), opacity: 1.0 };
+    let drawing = Drawing {
+        volumes: &volumes,
+        names: &["solid".to_owned()],
+        effects: &[],
+        solids: &[solid],
+        light: Light::default(),
+        background: params.background.map(srgb::to_linear),
+        samples: params.samples,
+    };
+    let picture = draw(super::backend(ctx), &Shader::new(&geometry), &scene.objects, &view, &drawing, ctx.stop)?;
+    let bytes = encode_png(&picture).map_err(|e| NodeError::from_error(&e))?;
+    Ok(Arc::new(File { media_type: "image/png".into(), bytes }))
 }
 
 fn style(style: Style, color: [f32; 3]) -> sprite::Style {
@@ -301,9 +331,10 @@ mod tests {
     fn mistakes_are_named_before_anything_runs() {
         let place = |name: &str, scale| Place {
             name: Some(name.into()),
-            sprite: "box".into(),
+            sprite: Some("box".into()),
             at: None,
             scale,
+            size: None,
             turn: [0.0; 3],
         };
         let effect = |volume: &str, zone, border| Effect {

@@ -1,6 +1,6 @@
 //! `write-sprite`: a packed layered depth image for shaders and programs.
 
-use super::{json_file, values::Sprite};
+use super::{draw_sprites, json_file, values::Sprite};
 use crate::{
     engine::{
         node::{Ctx, Node, NodeError},
@@ -11,7 +11,7 @@ use crate::{
         exr::{Depths, write_depths},
     },
     ports,
-    sprite::{self, LayeredDepthImage, Layout, Packed},
+    sprite::{self, LayeredDepthImage, Layout, Packed, Placement, Volume},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,7 @@ use std::sync::Arc;
 
 /// Writes a packed layered depth image as it lies in memory, little-endian, and a JSON manifest that says where its sections begin, what
 /// they hold, and with which matrix a point of the world becomes a point of the image (Trapp and Döllner 2008, equation 2). Beside them
-/// its layers, the paper's texture, and the tests for shaders.
+/// its layers, the paper's texture, the tests for shaders, and a picture of the solid as the sprite shows it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
@@ -62,6 +62,8 @@ ports! {
         metal: Arc<File>,
         /// The same, SPIR-V 1.3.
         spirv: Arc<File>,
+        /// The solid, drawn from the sprite alone, 640 × 480, PNG.
+        picture: Arc<File>,
     }
 }
 
@@ -69,7 +71,7 @@ pub struct WriteSprite;
 
 impl Node for WriteSprite {
     const KIND: &'static str = "write-sprite";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -84,7 +86,7 @@ impl Node for WriteSprite {
         if plain { Ok(()) } else { Err(("data", format!("expected the name of a file, found `{}`", params.data))) }
     }
 
-    fn run(params: &Params, inputs: In, _: &Ctx) -> Result<Out, NodeError> {
+    fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
         let Sprite { packed, frame } = &*inputs.sprite;
         let (bytes, sections) = packed.file();
         let sections: Vec<_> = sections
@@ -123,6 +125,7 @@ impl Node for WriteSprite {
             hlsl: file("text/x-hlsl", sprite::HLSL.into()),
             metal: file("text/x-metal", sprite::METAL.into()),
             spirv: file("application/x-spirv", sprite::SPIRV.into()),
+            picture: draw_sprites::portrait(Volume::new(image, frame, &Placement::default()), ctx)?,
         })
     }
 }

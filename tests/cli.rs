@@ -372,6 +372,9 @@ fn a_solid_becomes_a_sprite_that_tells_inside_from_outside() {
     for name in ["vds.wgsl", "vds.comp", "vds.hlsl", "vds.metal", "vds.spv"] {
         assert!(read(name).len() > 1000, "{name}");
     }
+    let preview = farfield::image::load_png(&folder.path().join("out/vds/vds.png")).unwrap();
+    let shown = preview.texels.iter().filter(|t| **t != [222, 226, 230, 255]).count();
+    assert!(shown > preview.texels.len() / 20, "the preview shows the solid: {shown} texels");
 
     // Depths of 16 bits change by no more than they promise.
     let short = bake("cube.obj", &["--set", "compress.layout=rows", "--set", "compress.depths=u16"]);
@@ -390,11 +393,70 @@ fn a_solid_becomes_a_sprite_that_tells_inside_from_outside() {
 
     // Along −Z, through the side that is missing.
     let open = bake("open.obj", &["--set", "direction.count=1"]);
-    assert!(open.code == 1 && open.err.contains("not closed") && open.err.contains("repair"), "{}", open.err);
+    assert!(open.code == 1 && open.err.contains("--set peel.repair=winding"), "{}", open.err);
     assert_eq!(json("vds.json")["layout"], "raw", "nothing is lost");
     let repaired = bake("open.obj", &["--set", "direction.count=1", "--set", "peel.repair=pair"]);
     // Every ray enters and never leaves: nothing remains to pack.
     assert!(repaired.code == 1 && repaired.err.contains("no ray meets"), "{}", repaired.err);
+
+    // The winding number closes the side, as the message proposed.
+    let closed = bake("open.obj", &["--set", "direction.count=1", "--set", "peel.repair=winding"]);
+    assert_eq!(closed.code, 0, "{} {}", closed.out, closed.err);
+    let certificate = json("certificate.json");
+    assert_eq!(certificate["wrong_points"], 0, "{certificate}");
+    assert!(certificate["inside"].as_str().unwrap().contains("winding number"), "{certificate}");
+    assert!(certificate["inside_points"].as_u64().unwrap() > 1000, "{certificate}");
+}
+
+/// A target of triangles is met, and the bound in the certificate is that of the factor found.
+#[test]
+fn a_number_of_triangles_is_met() {
+    let folder = tempfile::tempdir().unwrap();
+    let bake = |more: &[&str]| {
+        let knobs = ["bake", "tdm", "--set", "resolution=96", "--set", "views=8"];
+        farfield(folder.path(), &[&knobs[..], more].concat())
+    };
+    let figures = || {
+        let out = folder.path().join("out/tdm");
+        let at = [out.join("certificate.json"), out.join("rejected/certificate.json")];
+        let bytes = at.iter().find_map(|p| std::fs::read(p).ok()).unwrap();
+        let certificate: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
+        let triangles = certificate["triangles"].as_u64().unwrap();
+        (triangles, certificate.pointer("/bound/value").and_then(serde_json::Value::as_f64).unwrap())
+    };
+    let free = bake(&["--set", "collapse.factor=1"]);
+    assert_eq!(free.code, 0, "{} {}", free.out, free.err);
+    let (most, least_bound) = figures();
+    let target = most * 2 / 3;
+    for knob in [format!("triangles={target}"), format!("collapse.triangles={target}")] {
+        std::fs::remove_dir_all(folder.path().join("out")).unwrap();
+        let met = bake(&["--set", &knob]);
+        assert!(met.code == 0 || met.code == 3, "{} {}", met.out, met.err);
+        let (found, bound) = figures();
+        // `collapse.triangles` counts in each connected mesh.
+        assert!(found <= target || knob.starts_with("collapse"), "{found} triangles of {target}");
+        assert!(bound > least_bound, "{bound} and {least_bound} px");
+    }
+    let never = bake(&["--set", "triangles=1"]);
+    assert!(never.code == 1 && never.err.contains("1 triangles cannot be reached"), "{}", never.err);
+}
+
+/// `vds-clip` takes any closed objects, at the places that are there; an empty picture is a warning.
+#[test]
+fn places_take_whatever_solids_there_are() {
+    const KNIFE: &str = "v -40 -10 -10\nv 60 -10 -10\nv 0 90 -10\nv 0 0 70\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("knife.obj"), KNIFE).unwrap();
+    for name in ["clip", "borders", "lenses", "points"] {
+        let small = ["--set", "resolution=64", "--set", "views=3", "--set", "size=[96, 64]"];
+        let pipeline = format!("vds-{name}");
+        let knobs = ["bake", pipeline.as_str(), "--set", "volumes=knife.obj"];
+        let done = farfield(folder.path(), &[&knobs[..], &small[..]].concat());
+        assert!(done.code == 0 && !done.err.contains("empty"), "{name}: {} {}", done.out, done.err);
+    }
+    let away = ["bake", "vds-clip", "--set", "resolution=64", "--set", "views=3", "--set", "size=[96, 64]"];
+    let away = farfield(folder.path(), &[&away[..], &["--set", "draw.target=[0, 900, 0]"]].concat());
+    assert!(away.code == 0 && away.err.contains("the picture is empty"), "{} {}", away.out, away.err);
 }
 
 #[test]
