@@ -109,7 +109,15 @@ fn registry() -> Registry {
 }
 
 fn check(text: &str) -> Plan {
-    let request = Request { file: "test.toml", folder: Path::new("."), set: &[], stock: &[], everywhere: &[] };
+    let request = Request {
+        file: "test.toml",
+        folder: Path::new("."),
+        set: &[],
+        require: &[],
+        name: None,
+        stock: &[],
+        everywhere: &[],
+    };
     load_text("test.toml", text, &request, &registry()).unwrap_or_else(|problems| panic!("{problems}"))
 }
 

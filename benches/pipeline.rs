@@ -85,7 +85,15 @@ fn tree(count: usize) -> String {
 fn check(text: &str) -> Plan {
     let mut registry = Registry::default();
     registry.add::<Add>();
-    let request = Request { file: "tree.toml", folder: Path::new("."), set: &[], stock: &[], everywhere: &[] };
+    let request = Request {
+        file: "tree.toml",
+        folder: Path::new("."),
+        set: &[],
+        stock: &[],
+        require: &[],
+        name: None,
+        everywhere: &[],
+    };
     load_text("tree.toml", text, &request, &registry).unwrap_or_else(|problems| panic!("{problems}"))
 }
 

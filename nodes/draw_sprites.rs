@@ -176,6 +176,10 @@ impl Node for DrawSprites {
         (64 << 20) + sizes.iter().sum::<u64>().saturating_mul(8) + pixels * 24
     }
 
+    fn doubts(params: &Params) -> Vec<(&'static str, String)> {
+        super::doubt_fov(params.fov)
+    }
+
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
         volumes::check(&params.places)?;
         if let Some(n) = params.size.iter().find(|n| !(1..=4096).contains(*n)) {

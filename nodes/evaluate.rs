@@ -4,7 +4,7 @@ use super::values::Bound;
 use crate::{
     certify::{self, Choice, CompareError, Sampling, VIEWS_AT_ONCE},
     engine::{
-        node::{Ctx, List, Node, NodeError},
+        node::{Ctx, List, Measure, Node, NodeError},
         plan::File,
     },
     formats::{self, Limits},
@@ -130,6 +130,20 @@ impl Node for Evaluate {
         let views = VIEWS_AT_ONCE as u64;
         let scenes = sizes.iter().take(3).fold(0_u64, |s, n| s.saturating_add(*n));
         pixels.saturating_mul(200 * views).saturating_add(scenes.saturating_mul(2 * views)).saturating_add(64 << 20)
+    }
+
+    fn measures() -> Vec<Measure> {
+        let measure = |m: &certify::Measure| Measure {
+            path: m.path.clone(),
+            about: m.about.clone(),
+            unit: m.unit.to_owned(),
+            picture: m.picture.map(str::to_owned),
+        };
+        certify::measures().iter().map(measure).collect()
+    }
+
+    fn doubts(params: &Params) -> Vec<(&'static str, String)> {
+        super::doubt_fov(params.fov)
     }
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     engine::{
-        node::{Ctx, Node, NodeError},
+        node::{Ctx, Measure, Node, NodeError},
         plan::File,
     },
     math::Sequence,
@@ -59,6 +59,38 @@ ports! {
     }
 }
 
+/// The certificate's numbers: path, meaning, unit. Ratios of layouts are by the layouts' names.
+const MEASURES: &[(&str, &str, &str)] = &[
+    ("resolution", "width and height of the image before it was cropped", "texels"),
+    ("depth_complexity.chosen", "most crossings of a ray in the direction that was chosen", ""),
+    ("depth_complexity.min", "most crossings of a ray in the best direction that was tried", ""),
+    ("depth_complexity.max", "most crossings of a ray in the worst direction that was tried", ""),
+    ("texels_cropped", "texels of all layers of the cropped image", ""),
+    ("texels_compressed", "values that the sprite stores", ""),
+    ("compression_ratio", "texels of the cropped image for each stored value", ""),
+    ("compression_ratio_of_layouts.raw", "compression ratio of the layout `raw`", ""),
+    ("compression_ratio_of_layouts.ranges", "compression ratio of the layout `ranges`", ""),
+    ("compression_ratio_of_layouts.rows", "compression ratio of the layout `rows`", ""),
+    ("compression_ratio_of_layouts.runs", "compression ratio of the layout `runs`", ""),
+    ("depth_error.bound", "largest error of a depth that the quantisation allows, as a share of the cube's side", ""),
+    ("depth_error.max", "largest error of a depth, as a share of the cube's side", ""),
+    ("odd_rays", "rays that cross the surface an odd number of times: the mesh is not closed there", ""),
+    ("points", "points that were classified", ""),
+    ("inside_points", "points inside the solid", ""),
+    (
+        "wrong_points",
+        "points that the sprite classifies otherwise than the mesh, beyond 0.75 texel from the surface",
+        "",
+    ),
+    (
+        "wrong_points_within_0.75_texel",
+        "points that the sprite classifies otherwise than the mesh, near the surface",
+        "",
+    ),
+    ("differing_answers_of_layouts", "points that the layouts classify differently", ""),
+    ("answers_changed_by_rounding", "points whose class changes with the depths' quantisation", ""),
+];
+
 pub struct EvaluateSprite;
 
 /// A point's distance from the surface, in texels, from which on images must answer as the mesh does.
@@ -96,6 +128,16 @@ impl Node for EvaluateSprite {
     type Params = Params;
     type In = In;
     type Out = Out;
+
+    fn measures() -> Vec<Measure> {
+        let measure = |(path, about, unit): &(&str, &str, &str)| Measure {
+            path: (*path).to_owned(),
+            about: (*about).to_owned(),
+            unit: (*unit).to_owned(),
+            picture: None,
+        };
+        MEASURES.iter().map(measure).collect()
+    }
 
     fn memory(_: &Params, sizes: &[u64]) -> u64 {
         (32 << 20) + sizes[0].saturating_mul(6) + sizes[1].saturating_mul(16)

@@ -2,7 +2,7 @@
 
 use crate::{
     array::Bytes,
-    engine::node::{Ctx, Door, Node, NodeError, SourcePath},
+    engine::node::{Ctx, Door, Head, Node, NodeError, SourcePath},
     formats::{self, Files, FormatError, Limits},
     ports,
     scene::{Scene, builtin},
@@ -105,6 +105,10 @@ impl Node for LoadScene {
             }
         }
         Ok(())
+    }
+
+    fn check_source(_: &str, path: &Path, head: Head) -> Result<(), String> {
+        formats::probe(path, head.bytes, head.whole)
     }
 
     fn run(params: &Params, _: In, ctx: &Ctx) -> Result<Out, NodeError> {
@@ -295,7 +299,8 @@ mod tests {
     fn run_gltf(text: &'static str, sides: SidesOf, memory: u64) -> Result<Arc<Scene>, String> {
         let world = World(text, Mutex::default());
         let stop = Stop::default();
-        let ctx = Ctx { stop: &stop, door: &world, element: None, device: None, memory, warn: &|_| {}, progress: &|_, _| {} };
+        let ctx =
+            Ctx { stop: &stop, door: &world, element: None, device: None, memory, warn: &|_| {}, progress: &|_, _| {} };
         let params = Params { path: SourcePath("/w/a.gltf".into()), sides, ..Params::default() };
         LoadScene::run(&params, In {}, &ctx).map(|o| o.scene).map_err(|e| e.to_string())
     }

@@ -49,6 +49,17 @@ fn samples_per_side(samples: u32) -> Option<u32> {
     }
 }
 
+/// What to say of a field of view, in degrees, that can hardly be meant.
+fn doubt_fov(fov: f64) -> Vec<(&'static str, String)> {
+    if !(fov > 0.0 && fov < 5.0) {
+        return Vec::new();
+    }
+    let degrees = fov.to_degrees();
+    // A turn and more is no angle of view in radians either.
+    let radians = if fov < std::f64::consts::PI { format!("; {fov} radians are {degrees:.1}") } else { String::new() };
+    vec![("fov", format!("{fov}: degrees are meant{radians}"))]
+}
+
 /// A JSON file that ends with a line break.
 fn json_file(value: &serde_json::Value) -> Result<Arc<File>, NodeError> {
     let mut bytes = serde_json::to_vec_pretty(value).map_err(|e| NodeError::from_error(&e))?;
@@ -112,6 +123,18 @@ mod tests {
         }
         fn fragments(&self, _: &Prepared, _: &Stop, _: &OnFragments) -> Result<(), Stopped> {
             Err(Stopped)
+        }
+    }
+
+    #[test]
+    fn angles_in_radians_are_doubted() {
+        for (fov, expect) in [
+            (0.785, Some("0.785: degrees are meant; 0.785 radians are 45.0")),
+            (4.0, Some("4: degrees are meant")),
+            (5.0, None),
+            (45.0, None),
+        ] {
+            assert_eq!(doubt_fov(fov).first().map(|(_, text)| text.as_str()), expect);
         }
     }
 

@@ -84,6 +84,10 @@ impl Node for RenderSlices {
         (256 << 20) + sizes.first().map_or(0, |s| s * 8) + pixels * 100
     }
 
+    fn doubts(params: &Params) -> Vec<(&'static str, String)> {
+        super::doubt_fov(params.fov)
+    }
+
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
         if !(1..=16384).contains(&params.resolution) {
             return Err(("resolution", format!("expected 1 to 16384 pixels, found {}", params.resolution)));

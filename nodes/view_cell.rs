@@ -61,7 +61,7 @@ impl Node for ViewCell {
         Ok(())
     }
 
-    fn run(params: &Params, inputs: In, _: &Ctx) -> Result<Out, NodeError> {
+    fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
         let cell = match (params.centre, params.size) {
             (Some(centre), Some(size)) => Cell { centre: centre.into(), half: DVec3::from(size) * 0.5 },
             (centre, size) => {
@@ -78,8 +78,21 @@ impl Node for ViewCell {
                 }
             }
         };
+        if let Some(text) = inputs.scene.and_then(|scene| doubt(&cell, &scene.bounds())) {
+            (ctx.warn)(text);
+        }
         Ok(Out { cell: Arc::new(cell) })
     }
+}
+
+/// A cell larger than this many diagonals of the scene can hardly be meant.
+const LARGE: f64 = 100.0;
+
+/// What to say of a cell that can hardly be meant for a scene with these bounds.
+fn doubt(cell: &Cell, bounds: &Aabb) -> Option<String> {
+    let (side, diagonal) = (cell.half.max_element() * 2.0, bounds.diagonal());
+    let large = !bounds.is_empty() && diagonal > 0.0 && side > LARGE * diagonal;
+    large.then(|| format!("the cell is {side:.4} m wide and the scene {diagonal:.4} m: lengths are metres"))
 }
 
 /// The cell of a scene with these bounds; `None` where they have no extent.
@@ -113,6 +126,15 @@ mod tests {
     fn small_changes_leave_it_alone() {
         let moved = Aabb { min: BOUNDS.min + 0.01, max: BOUNDS.max - 0.01 };
         assert_eq!(default_cell(&BOUNDS), default_cell(&moved));
+    }
+
+    #[test]
+    fn a_cell_that_dwarfs_the_scene_is_doubted() {
+        let cell = |side: f64| Cell { centre: DVec3::ZERO, half: DVec3::new(1.0, side * 0.5, 1.0) };
+        let d = BOUNDS.diagonal();
+        assert!(doubt(&cell(20_000.0), &BOUNDS).unwrap().contains("20000.0000 m wide"));
+        assert_eq!(doubt(&cell(99.0 * d), &BOUNDS), None);
+        assert_eq!(doubt(&cell(1e9), &Aabb::EMPTY), None);
     }
 
     #[test]

@@ -97,6 +97,9 @@ fn mistakes_exit_with_2_and_run_nothing() {
         (&["bake", "small.toml", "--only", "wriet"], "did you mean `write`?"),
         (&["bake", "small.toml", "--memory", "lots"], "4GiB"),
         (&["bake", "small.toml", "--nonsense"], "--nonsense"),
+        (&["bake", "small.toml", "--what", "car"], "--set what=car"),
+        (&["check", "small.toml", "--resolution=512"], "--set resolution=512"),
+        (&["bake", "small.toml", "--name", "a/b"], "no name for a pipeline"),
         (&["nodes", "make-scnee"], "did you mean `make-scene`?"),
         (&["cache", "gc"], "--max-size"),
     ] {
@@ -119,6 +122,35 @@ fn a_failed_node_exits_with_1() {
     assert_eq!(ran.code, 1, "{}", ran.err);
     assert!(ran.err.contains("error: load: ") && ran.out.starts_with("failed: broken"), "{}{}", ran.err, ran.out);
     assert!(!folder.path().join("out/broken/a.glb").exists());
+}
+
+#[test]
+fn bakes_under_other_names_lie_side_by_side_and_spare_what_is_not_theirs() {
+    let folder = folder();
+    for name in ["one", "two"] {
+        let ran = farfield(folder.path(), &["bake", "small.toml", "--name", name]);
+        assert_eq!(ran.code, 0, "{}", ran.err);
+        assert!(folder.path().join("out").join(name).join("scene.glb").is_file());
+    }
+    let mine = folder.path().join("out/small/scene.glb");
+    std::fs::create_dir_all(mine.parent().unwrap()).unwrap();
+    std::fs::write(&mine, "mine").unwrap();
+    let ran = farfield(folder.path(), &["bake", "small.toml"]);
+    assert!(ran.code == 1 && ran.err.contains("--overwrite"), "{}", ran.err);
+    assert_eq!(std::fs::read(&mine).unwrap(), b"mine");
+    assert_eq!(farfield(folder.path(), &["bake", "small.toml", "--overwrite"]).code, 0);
+    let manifest = std::fs::read_to_string(folder.path().join("out/small/manifest.json")).unwrap();
+    assert!(manifest.contains("\"params\""), "{manifest}");
+}
+
+#[test]
+fn a_file_that_is_no_scene_is_found_by_check() {
+    let folder = folder();
+    std::fs::write(folder.path().join("README.md"), "# Title\n").unwrap();
+    let ran = farfield(folder.path(), &["check", "tdm", "--set", "scene=README.md"]);
+    assert!(ran.code == 2 && ran.err.contains("`README.md` is no scene"), "{}", ran.err);
+    let ran = farfield(folder.path(), &["check", "tdm", "--set", "scene=builtin:car", "--set", "evaluate.fov=0.785"]);
+    assert!(ran.code == 0 && ran.err.contains("0.785 radians are 45.0"), "{}{}", ran.out, ran.err);
 }
 
 #[test]
@@ -181,13 +213,27 @@ fn a_missed_bound_exits_with_3() {
     let missed = bake(1000.0);
     assert_eq!(missed.code, 3, "{}{}", missed.out, missed.err);
     assert!(missed.out.contains("not met: evaluate: psnr_y_object_db.mean is "), "{}", missed.out);
-    assert!(missed.out.contains("required at least 1000\ncertificate not met: judged, "), "{}", missed.out);
+    for expect in [
+        " dB, required is at least 1000 (likeness of brightness",
+        "; see out/judged/rejected/",
+        "; to accept it: --require evaluate.psnr_y_object_db.mean=off\ncertificate not met: judged, ",
+        "no bake of judged into out/judged was accepted yet; the rejected results are in out/judged/rejected\n",
+    ] {
+        assert!(missed.out.contains(expect), "{expect}: {}", missed.out);
+    }
     assert!(rejected.join("tdm.glb").is_file() && rejected.join("certificate.json").is_file());
     assert!(!out.join("tdm.glb").exists());
     let met = bake(1.0);
     assert_eq!(met.code, 0, "{}{}", met.out, met.err);
     assert!(met.out.contains(", 0 ran, "), "a bound is no input: {}", met.out);
     assert!(out.join("tdm.glb").is_file() && !rejected.exists());
+    let again = bake(1000.0);
+    assert!(again.code == 3 && again.out.contains("out/judged still holds the results of the last accepted bake"));
+    let accept = farfield(folder.path(), &["bake", "judged.toml", "--require", "evaluate.psnr_y_object_db.mean=off"]);
+    assert_eq!(accept.code, 0, "{}{}", accept.out, accept.err);
+    // A measure that does not exist is found at once, with the nearest.
+    let ran = farfield(folder.path(), &["bake", "judged.toml", "--require", "evaluate.psnr_y_objct_db.mean=30.."]);
+    assert!(ran.code == 2 && ran.err.contains("did you mean `psnr_y_object_db.mean`?"), "{}", ran.err);
 }
 
 #[cfg(unix)]

@@ -24,7 +24,15 @@ impl Door for NoDoor {
 }
 
 fn run<N: Node>(params: &N::Params, inputs: N::In) -> N::Out {
-    let ctx = Ctx { stop: &Stop::default(), door: &NoDoor, element: None, device: None, warn: &|_| {} };
+    let ctx = Ctx {
+        stop: &Stop::default(),
+        door: &NoDoor,
+        element: None,
+        device: None,
+        memory: 1 << 32,
+        warn: &|_| {},
+        progress: &|_, _| {},
+    };
     N::run(params, inputs, &ctx).unwrap()
 }
 

@@ -26,6 +26,9 @@ pub struct Args {
     /// Say what would run (`hit`, `runs`, `may run`); run nothing, write nothing
     #[arg(long)]
     dry_run: bool,
+    /// Replace files in the output folder that farfield did not write. Files that the bake reads are never replaced
+    #[arg(long)]
+    overwrite: bool,
     /// Only this node and what it needs; nothing is published then. May be given several times
     #[arg(long, value_name = "NODE")]
     only: Vec<String>,
@@ -33,8 +36,8 @@ pub struct Args {
     #[arg(long, value_name = "NODE")]
     force: Vec<String>,
     /// Tasks and threads at a time [default: as many as the machine has]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    jobs: Option<u16>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    jobs: Option<u64>,
     /// Memory that running tasks may use together: 4GiB [default: three quarters of the machine's]
     #[arg(long, value_name = "SIZE", value_parser = bytes)]
     memory: Option<u64>,
@@ -64,12 +67,13 @@ pub fn run(args: &Args, registry: &Registry) -> Done {
     let backend = args.backend.open()?;
     let options = Options {
         device: Some(backend.device()),
-        jobs: args.jobs.map_or(0, usize::from),
+        jobs: args.jobs.map_or(0, |n| usize::try_from(n).unwrap_or(usize::MAX)),
         memory: args.memory.unwrap_or(0),
         only: known("--only", &args.only, &plan)?,
         force: known("--force", &args.force, &plan)?,
         keep_going: args.keep_going,
         dry_run: args.dry_run,
+        overwrite: args.overwrite,
         audit: args.audit.unwrap_or(0.0),
         profile: args.profile.clone(),
         ..Options::new(args.cache.folder(), &args.out)

@@ -11,7 +11,11 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, registry: &Registry) -> Done {
-    print(&summary(&args.pipeline.load(registry)?))
+    let plan = args.pipeline.load(registry)?;
+    for doubt in &plan.doubts {
+        eprintln!("warning: {doubt}");
+    }
+    print(&summary(&plan))
 }
 
 /// What the pipeline consists of, in a few lines.

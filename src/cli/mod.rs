@@ -22,8 +22,14 @@ mod verdict;
 mod why;
 
 use crate::engine::node::Registry;
-use clap::{Parser, Subcommand};
-use std::{ffi::OsString, process::ExitCode};
+use clap::{
+    Parser, Subcommand,
+    error::{ContextKind, ContextValue, ErrorKind},
+};
+use std::{
+    ffi::{OsStr, OsString},
+    process::ExitCode,
+};
 
 /// Bakes heavy 3D scenes into image-based stand-ins, certified against the original.
 ///
@@ -88,6 +94,23 @@ fn print(text: &str) -> Done {
     }
 }
 
+/// After `bake --resolution 512`: how a knob is set.
+fn knob_hint(arguments: &[OsString], e: &clap::Error) -> Option<String> {
+    let takes = ["bake", "check", "graph", "why"].map(OsStr::new);
+    if !takes.contains(&arguments.get(1)?.as_os_str()) {
+        return None;
+    }
+    let Some(ContextValue::String(wrong)) = e.get(ContextKind::InvalidArg) else { return None };
+    let name = wrong.strip_prefix("--")?.split(['=', ' ']).next()?;
+    let is_it = |a: &&OsString| a.to_str().and_then(|a| a.strip_prefix("--")?.split('=').next()) == Some(name);
+    let given = arguments.iter().position(|a| is_it(&a))?;
+    let inline = arguments[given].to_str()?.split_once('=').map(|(_, value)| value.to_owned());
+    let next = || arguments.get(given + 1)?.to_str().filter(|v| !v.starts_with('-')).map(str::to_owned);
+    let value = inline.or_else(next).unwrap_or_else(|| "…".to_owned());
+    let name = name.replace('-', "_");
+    Some(format!("\nA pipeline's knobs and its nodes' parameters are set with --set: --set {name}={value}"))
+}
+
 /// Runs the command that the program's arguments name.
 pub fn main() -> ExitCode {
     run(std::env::args_os(), &crate::nodes::registry())
@@ -95,7 +118,19 @@ pub fn main() -> ExitCode {
 
 /// Runs a command with the kinds of `registry`; the first argument is the program's name. Benchmarks bring trivial kinds.
 pub fn run(arguments: impl Iterator<Item = OsString>, registry: &Registry) -> ExitCode {
-    let done = match Cli::parse_from(arguments).command {
+    let arguments: Vec<OsString> = arguments.collect();
+    let cli = Cli::try_parse_from(&arguments).unwrap_or_else(|e| {
+        if e.kind() == ErrorKind::UnknownArgument
+            && let Some(hint) = knob_hint(&arguments, &e)
+        {
+            // Where standard error is closed there is nobody to tell.
+            let _ = e.print();
+            eprintln!("{hint}");
+            std::process::exit(2);
+        }
+        e.exit()
+    });
+    let done = match cli.command {
         Command::Bake(args) => bake::run(&args, registry),
         Command::Check(args) => check::run(&args, registry),
         Command::Compare(args) => compare::run(&args),

@@ -110,7 +110,16 @@ fn page(spec: &KindSpec, form: Form) -> String {
             out += &section(title, &rows, form);
         }
     }
+    if form == Form::Terminal && !spec.measures.is_empty() {
+        out += &section("Measures, for [require] and --require", &measures(spec), form);
+    }
     out
+}
+
+/// The numbers of the kind's certificate: path, unit, meaning.
+fn measures(spec: &KindSpec) -> Vec<(String, String, String)> {
+    let unit = |unit: &str| if unit.is_empty() { "a number".to_owned() } else { unit.to_owned() };
+    spec.measures.iter().map(|m| (m.path.clone(), unit(&m.unit), m.about.clone())).collect()
 }
 
 fn port_type(port: &PortSpec, input: bool) -> String {

@@ -18,6 +18,13 @@ pub struct PipelineArgs {
     /// from the working folder; text needs no quotes
     #[arg(long, value_name = "NAME=VALUE")]
     pub set: Vec<String>,
+    /// A bound over those of `[require]`, or `off`: `--require evaluate.crack_px.total=off`, `…=..5` (at most),
+    /// `…=30..` (at least), `…=1..2`; in quotes also `'…<=5'` and `'…>=30'`. `farfield nodes evaluate` lists the measures
+    #[arg(long, value_name = "NODE.MEASURE=BOUND")]
+    pub require: Vec<String>,
+    /// Another name for the pipeline: results go to OUT/<NAME>, so that those of two scenes lie side by side
+    #[arg(long, value_name = "NAME")]
+    pub name: Option<String>,
     /// Lets scenes name files outside their own folder
     #[arg(long)]
     pub allow_outside: bool,
@@ -32,6 +39,8 @@ impl PipelineArgs {
             file: &self.file,
             folder: &folder,
             set: &self.set,
+            require: &self.require,
+            name: self.name.as_deref(),
             stock: STOCK,
             everywhere: if self.allow_outside { &everywhere } else { &[] },
         };

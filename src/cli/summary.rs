@@ -6,7 +6,7 @@ use super::{
     verdict,
 };
 use crate::engine::{
-    bake::{Outcome, Report, Unmet},
+    bake::{self, Outcome, Report, Unmet},
     plan::{OutputRef, Plan},
 };
 use serde_json::Value;
@@ -29,7 +29,7 @@ pub fn summary(plan: &Plan, report: &Report, published: bool) -> String {
         }
     }
     for unmet in &report.unmet {
-        out += &not_met(plan, report, unmet, &certificates, &files);
+        out += &not_met(plan, unmet, &certificates);
     }
     if published && !plan.require.is_empty() {
         let missed = |r: &&crate::engine::plan::Requirement| {
@@ -42,7 +42,11 @@ pub fn summary(plan: &Plan, report: &Report, published: bool) -> String {
         let missed = plan.require.iter().filter(missed).count();
         out += &format!("requirements: {} of {} met\n", plan.require.len() - missed, plan.require.len());
     }
-    out + &last_line(plan, report, published)
+    out += &last_line(plan, report, published);
+    if published && report.outcome == Outcome::NotMet {
+        out += &(fill_output(&bake::kept(plan, report)) + "\n");
+    }
+    out
 }
 
 fn last_line(plan: &Plan, report: &Report, published: bool) -> String {
@@ -97,23 +101,20 @@ fn certificates(plan: &Plan, folder: &Path, files: &[String]) -> Certificates {
 }
 
 /// A missed requirement: what was found, what it means, what shows it, what helps, how to accept it.
-fn not_met(plan: &Plan, report: &Report, unmet: &Unmet, certificates: &Certificates, files: &[String]) -> String {
+fn not_met(plan: &Plan, unmet: &Unmet, certificates: &Certificates) -> String {
     let mut out = fill_output(&format!("not met: {}: {}", unmet.node, wanted(unmet))) + "\n";
     let node = plan.nodes.iter().position(|n| n.name == unmet.node || unmet.node.starts_with(&format!("{}/", n.name)));
     // Elements of a list share their measures.
     let of_node = |(_, (from, _)): &(&String, &(OutputRef, Value))| Some(from.node.0 as usize) == node;
-    let about = certificates.iter().find(of_node).map(|(_, (_, json))| verdict::about(json, &unmet.path));
-    let about = about.unwrap_or_default();
-    if let Some(text) = about.about {
-        out += &(fill_output(&format!("  means: {text}")) + "\n");
+    let helps = certificates.iter().find(of_node).and_then(|(_, (_, json))| verdict::helps(json, &unmet.path));
+    if !unmet.about.is_empty() {
+        out += &(fill_output(&format!("  means: {}", unmet.about)) + "\n");
     }
-    let shows = |f: &&String| Path::new(f).file_stem().and_then(|s| s.to_str()) == about.picture;
-    if let Some(picture) = files.iter().find(shows) {
-        out += &(fill_output(&format!("  seen in: {}", report.folder.join(picture).display())) + "\n");
+    if let Some(picture) = &unmet.picture {
+        out += &(fill_output(&format!("  seen in: {}", picture.display())) + "\n");
     }
-    out += &help(&knobs(plan, node, about.helps));
-    let name = node.map_or(unmet.node.as_str(), |n| &plan.nodes[n].name);
-    out + &fill_output(&format!("  to accept it: --require {name}.{}=off", unmet.path)) + "\n"
+    out += &help(&knobs(plan, node, helps));
+    out + &fill_output(&format!("  to accept it: {}", unmet.accept)) + "\n"
 }
 
 fn wanted(unmet: &Unmet) -> String {

@@ -5,7 +5,9 @@ use super::{
     cache,
     error::EngineError,
     events::{Event, Events},
+    memory,
     node::Device,
+    pipeline::{elide, nearest},
     plan::Plan,
     profile::Profile,
     publish::names,
@@ -133,6 +135,13 @@ pub struct Unmet {
     pub measured: Option<f64>,
     pub min: Option<f64>,
     pub max: Option<f64>,
+    /// What the measure means and its unit, as its kind says; empty where it does not.
+    pub about: String,
+    pub unit: String,
+    /// The published picture that shows it.
+    pub picture: Option<PathBuf>,
+    /// The argument with which the bake takes it as it is.
+    pub accept: String,
 }
 
 /// What came of a bake.
@@ -172,10 +181,8 @@ pub fn bake(plan: &Plan, options: &Options, stop: &Stop, events: &dyn Events) ->
     let wanted = select(plan, &options.only)?;
     let forced = named(plan, &options.force)?.into_iter().collect();
     check_files(plan, &options.out)?;
-    let threads = match options.jobs {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        n => n,
-    };
+    let have = std::thread::available_parallelism().map_or(1, usize::from);
+    let (threads, notice) = threads(options.jobs, have);
     let mut attempt = Attempt {
         plan,
         options,
@@ -185,13 +192,14 @@ pub fn bake(plan: &Plan, options: &Options, stop: &Stop, events: &dyn Events) ->
         forced,
         pool: Pool::new(threads),
         jobs: threads,
-        memory: if options.memory == 0 { machine_memory() / 4 * 3 } else { options.memory },
+        memory: if options.memory == 0 { memory::available() / 4 * 3 } else { options.memory },
         trust: Trust::Nodes,
         blank: false,
         profile: Profile::new(options.profile.is_some()),
         warnings: 0,
     };
     events.event(&Event::Started { nodes: attempt.wanted.iter().filter(|w| **w).count() });
+    notice.iter().chain(&plan.doubts).for_each(|text| attempt.warn(text));
     let (mut again, mut damaged) = (0, 0);
     let report = loop {
         match attempt.run() {
@@ -248,23 +256,8 @@ fn named(plan: &Plan, names: &[String]) -> Result<Vec<usize>, EngineError> {
 
 /// The error for a node that is not there, with the nearest name that is.
 pub(super) fn unknown(plan: &Plan, name: &str) -> EngineError {
-    let near = plan.nodes.iter().map(|n| (distance(&n.name, name), &n.name)).min();
-    let near = near.filter(|(d, _)| *d <= 1 + name.len() / 3).map(|(_, n)| n.clone());
-    EngineError::UnknownNode { name: name.to_owned(), near }
-}
-
-/// Levenshtein's distance in bytes.
-fn distance(a: &str, b: &str) -> usize {
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.bytes().enumerate() {
-        let mut corner = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.bytes().enumerate() {
-            let cost = (corner + usize::from(x != y)).min(row[j] + 1).min(row[j + 1] + 1);
-            corner = std::mem::replace(&mut row[j + 1], cost);
-        }
-    }
-    row[b.len()]
+    let near = nearest(name, plan.nodes.iter().map(|n| n.name.as_str())).map(str::to_owned);
+    EngineError::UnknownNode { name: elide(name, 80), near }
 }
 
 /// Which nodes `only` asks for: those named and what they need.
@@ -296,24 +289,58 @@ fn check_files(plan: &Plan, out: &Path) -> Result<(), EngineError> {
     }
     let paths = plan.files.iter().map(|f| f.path.as_str());
     match names::collision(paths) {
-        Some((a, b)) => Err(EngineError::publish(Path::new(b), format!("it collides with `{a}`"))),
+        Some((a, b)) => {
+            let (a, b) = names::told_apart(a, b);
+            Err(EngineError::publish(Path::new(&*b), format!("it collides with `{a}`")))
+        }
         None => Ok(()),
     }
 }
 
-/// Bytes of memory that the machine has; 4 GiB where the system does not tell.
-fn machine_memory() -> u64 {
-    proc_kib("/proc/meminfo", "MemTotal:").unwrap_or(4 << 30)
+/// Threads for so many jobs on a machine that has `have`; beyond what can help, fewer than asked and a notice.
+fn threads(jobs: usize, have: usize) -> (usize, Option<String>) {
+    let most = MOST_JOBS.max(have * 4);
+    match jobs {
+        0 => (have, None),
+        n if n > most => (most, Some(format!("--jobs {n} is more than can help: {most} are used"))),
+        n => (n, None),
+    }
 }
 
-/// A line `NAME 123 kB` of a file below /proc, in bytes.
-fn proc_kib(file: &str, name: &str) -> Option<u64> {
-    let text = std::fs::read_to_string(file).ok()?;
-    let line = text.lines().find_map(|l| l.strip_prefix(name))?;
-    Some(line.split_whitespace().next()?.parse::<u64>().ok()? << 10)
+/// Jobs that are always allowed; beyond, four for each that the machine runs at a time.
+const MOST_JOBS: usize = 256;
+
+/// After a missed bound: what the output folder holds, and where the rejected results are.
+pub fn kept(plan: &Plan, report: &Report) -> String {
+    let main = report.folder.parent().unwrap_or(&report.folder).display();
+    let rejected = report.folder.display();
+    match report.accepted {
+        Some(at) => format!(
+            "{main} still holds the results of the last accepted bake of {}, of {}; the rejected ones are in {rejected}",
+            plan.name,
+            super::deliver::day(at)
+        ),
+        None => {
+            format!("no bake of {} into {main} was accepted yet; the rejected results are in {rejected}", plan.name)
+        }
+    }
 }
 
 /// Highest resident memory of this process so far, in bytes.
 pub fn peak_memory() -> Option<u64> {
-    proc_kib("/proc/self/status", "VmHWM:")
+    memory::proc_kib("/proc/self/status", "VmHWM:")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn jobs_are_bounded() {
+        assert_eq!(threads(0, 2), (2, None));
+        assert_eq!(threads(256, 2), (256, None));
+        let (n, notice) = threads(60_000, 2);
+        assert!(n == 256 && notice.unwrap().contains("--jobs 60000"));
+        assert_eq!(threads(400, 128), (400, None));
+    }
 }

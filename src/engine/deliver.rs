@@ -11,9 +11,11 @@ use super::{
     record::{BakeRecord, Measured, PublishedFile},
     require,
     schedule::Schedule,
-    value::shown,
 };
-use crate::{engine::cache::Cache, math::Stop};
+use crate::{
+    engine::cache::{Cache, lock::PATIENCE},
+    math::Stop,
+};
 use serde_json::json;
 use std::{
     collections::BTreeMap,
@@ -23,8 +25,8 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
-/// A bake that waits for another says so after this time.
-const PATIENCE: Duration = Duration::from_secs(1);
+/// The folder of results that missed a bound, below the pipeline's.
+const REJECTED: &str = "rejected";
 
 /// What the nodes came to.
 pub struct Baked {
@@ -70,7 +72,7 @@ pub fn publish_all(
     let plan = schedule.plan;
     judge(schedule, previous, baked)?;
     let main = baked.folder.clone();
-    let rejected = main.join("rejected");
+    let rejected = main.join(REJECTED);
     if !baked.unmet.is_empty() {
         baked.folder = rejected.clone();
     }
@@ -86,7 +88,8 @@ pub fn publish_all(
         }
     }
     if let Some((a, b)) = names::collision(files.iter().map(|(path, ..)| path.as_str())) {
-        return Err(EngineError::publish(Path::new(b), format!("it collides with `{a}`")));
+        let (a, b) = names::told_apart(a, b);
+        return Err(EngineError::publish(Path::new(&*b), format!("it collides with `{a}`")));
     }
     // A file's own hash is known from the last bake, or its value is read.
     let known: BTreeMap<Digest, &PublishedFile> = previous.files.iter().map(|f| (f.value, f)).collect();
@@ -179,7 +182,6 @@ pub fn day(at: SystemTime) -> String {
 fn judge(schedule: &mut Schedule, previous: &BakeRecord, baked: &mut Baked) -> Result<(), EngineError> {
     let plan = schedule.plan;
     for requirement in &plan.require {
-        let name = &plan.nodes[requirement.from.node.0 as usize].name;
         for row in schedule.rows(requirement.from)?.iter() {
             let certificate = row.value.hash;
             let known = previous.measured.iter().find(|m| m.certificate == certificate && m.path == requirement.path);
@@ -188,9 +190,9 @@ fn judge(schedule: &mut Schedule, previous: &BakeRecord, baked: &mut Baked) -> R
                 None => require::number(&*load(schedule, requirement.from, &row.name, certificate)?, &requirement.path),
             };
             baked.record.measured.push(Measured { certificate, path: requirement.path.clone(), number });
-            let node = if row.name.is_empty() { name.clone() } else { format!("{name}/{}", shown(&row.name)) };
-            if let Some(unmet) = require::missed(&node, requirement, number) {
-                schedule.events.event(&Event::NotMet { node: &node, text: &require::explain(&unmet) });
+            let rejected = baked.folder.join(REJECTED);
+            if let Some(unmet) = require::missed(plan, requirement, &row.name, number, &rejected) {
+                schedule.events.event(&Event::NotMet { node: &unmet.node, text: &require::explain(&unmet) });
                 baked.unmet.push(unmet);
             }
         }
@@ -236,10 +238,8 @@ fn folder_lock(
         stop.check().map_err(|_| EngineError::Interrupted)?;
         if !told && began.elapsed() > PATIENCE {
             told = true;
-            let holder = FolderLock::holder(out, name);
-            let holder = if holder.is_empty() { String::new() } else { format!(" ({holder})") };
-            let folder = out.join(name);
-            schedule.tell(&format!("waits for another bake{holder} that publishes to {}", folder.display()));
+            let what = format!("the output folder {}", out.join(name).display());
+            schedule.events.event(&Event::Waiting { what: &what, holder: &FolderLock::holder(out, name) });
         }
         std::thread::sleep(Duration::from_millis(20));
     }

@@ -213,15 +213,35 @@ pub fn fixed(spec: &KindSpec, kind: Digest, params: &Value, sources: &[(String, 
 /// The key of one run: the fixed part, what came through each port (`None`: absent), and the element's name where the
 /// kind asks for it.
 pub fn run(fixed: Digest, inputs: &[Option<Digest>], element: Option<&str>) -> Digest {
-    let mut h = Hash::default();
-    h.field("fixed", Field::Digest(fixed));
-    for input in inputs {
-        h.field("in", input.map_or(Field::Null, Field::Digest));
+    Runs::new(fixed).key(inputs, element)
+}
+
+/// Keys of many runs of one node.
+pub struct Runs {
+    hash: Hash,
+    /// Bytes of the part that all have.
+    fixed: usize,
+}
+
+impl Runs {
+    pub fn new(fixed: Digest) -> Self {
+        let mut hash = Hash::default();
+        hash.field("fixed", Field::Digest(fixed));
+        let fixed = hash.0.len();
+        Self { hash, fixed }
     }
-    if let Some(name) = element {
-        h.field("element", Field::Text(name));
+
+    /// See [`run`].
+    pub fn key(&mut self, inputs: &[Option<Digest>], element: Option<&str>) -> Digest {
+        self.hash.0.truncate(self.fixed);
+        for input in inputs {
+            self.hash.field("in", input.map_or(Field::Null, Field::Digest));
+        }
+        if let Some(name) = element {
+            self.hash.field("element", Field::Text(name));
+        }
+        Digest::of(&self.hash.0)
     }
-    h.finish()
 }
 
 /// The key of a map as a whole. `shape` says how the inputs' axes meet the node's.

@@ -10,6 +10,8 @@ pub mod error;
 pub mod events;
 pub mod hash;
 pub mod key;
+mod lookup;
+mod memory;
 pub mod node;
 pub mod pipeline;
 pub mod plan;

@@ -230,6 +230,27 @@ impl JsonSchema for SourcePath {
     }
 }
 
+/// A number in a kind's certificate, of which a pipeline can require something.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Measure {
+    /// Into the certificate's JSON, members separated by dots: `crack_px.total`.
+    pub path: String,
+    /// What it means, in one line.
+    pub about: String,
+    /// Such as `px`; empty for ratios and counts.
+    pub unit: String,
+    /// The name of the picture that shows it: an element of one of the kind's lists of files.
+    pub picture: Option<String>,
+}
+
+/// The beginning of a source file, for [`Node::check_source`].
+#[derive(Clone, Copy, Debug)]
+pub struct Head<'a> {
+    pub bytes: &'a [u8],
+    /// Whether these bytes are the whole file.
+    pub whole: bool,
+}
+
 /// A node kind. `run` is a pure function of parameters, inputs and what it reads through the door.
 pub trait Node: Send + Sync + 'static {
     const KIND: &'static str;
@@ -252,6 +273,19 @@ pub trait Node: Send + Sync + 'static {
     fn check(_params: &Self::Params) -> Result<(), (&'static str, String)> {
         Ok(())
     }
+    /// What is allowed but can hardly be meant, for a warning before anything runs: parameter and message.
+    fn doubts(_params: &Self::Params) -> Vec<(&'static str, String)> {
+        Vec::new()
+    }
+    /// Whether the file that source parameter `param` names can be what the kind reads, judged by its beginning and
+    /// before anything runs. The error says what it is and what is expected.
+    fn check_source(_param: &str, _path: &Path, _head: Head) -> Result<(), String> {
+        Ok(())
+    }
+    /// The numbers in the output `certificate`, for kinds that have one. Empty: not known, and any path may be required.
+    fn measures() -> Vec<Measure> {
+        Vec::new()
+    }
     fn run(params: &Self::Params, inputs: Self::In, ctx: &Ctx) -> Result<Self::Out, NodeError>;
 }
 
@@ -267,6 +301,8 @@ pub struct KindSpec {
     pub outputs: Vec<PortSpec>,
     /// JSON schema of the parameters (an object schema; `description` documents the kind).
     pub params: Value,
+    /// See [`Node::measures`].
+    pub measures: Vec<Measure>,
 }
 
 /// Why parameters are none of a kind's.
@@ -285,6 +321,8 @@ pub trait Kind: Send + Sync {
     fn spec(&self) -> &KindSpec;
     /// Typed parameters re-serialised: defaults filled in, field order that of the type.
     fn normalise(&self, params: Value) -> Result<Value, ParamError>;
+    fn doubts(&self, params: &Value) -> Vec<(&'static str, String)>;
+    fn check_source(&self, param: &str, path: &Path, head: Head) -> Result<(), String>;
     fn memory(&self, params: &Value, sizes: &[u64]) -> u64;
     fn run(&self, params: &Value, inputs: Vec<Slot>, ctx: &Ctx) -> Result<Vec<Slot>, NodeError>;
 }
@@ -302,6 +340,7 @@ pub fn kind<N: Node>() -> Arc<dyn Kind> {
         inputs: N::In::specs(),
         outputs: N::Out::specs(),
         params: schemars::schema_for!(N::Params).to_value(),
+        measures: N::measures(),
     };
     Arc::new(Erased::<N>(spec, PhantomData))
 }
@@ -320,6 +359,12 @@ impl<N: Node> Kind for Erased<N> {
         let typed: N::Params = serde_json::from_value(params)?;
         N::check(&typed).map_err(|(param, message)| ParamError::Refused { param, message })?;
         Ok(serde_json::to_value(&typed)?)
+    }
+    fn doubts(&self, params: &Value) -> Vec<(&'static str, String)> {
+        N::doubts(&Self::typed(params))
+    }
+    fn check_source(&self, param: &str, path: &Path, head: Head) -> Result<(), String> {
+        N::check_source(param, path, head)
     }
     fn memory(&self, params: &Value, sizes: &[u64]) -> u64 {
         N::memory(&Self::typed(params), sizes)

@@ -19,6 +19,7 @@ mod obj;
 mod picture;
 mod ply;
 mod polygon;
+mod probe;
 mod scene_toml;
 #[cfg(test)]
 mod tests;
@@ -30,6 +31,7 @@ pub use files::{DiskFiles, Files, real};
 pub use glb::{GlbOptions, write_glb};
 pub use limits::Limits;
 pub use loader::DECODING;
+pub use probe::probe;
 
 use crate::{
     math::Stop,

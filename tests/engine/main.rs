@@ -300,6 +300,29 @@ fn relations_bring_only_neighbours_into_the_key() {
 }
 
 #[test]
+fn a_dry_run_runs_nothing_even_where_a_relation_is_lost() {
+    let t = Bench::new();
+    let mut b = Builder::default();
+    let list = b.node::<MakeList>("list", json!({ "names": ["a", "b"], "values": [1, 2] }), &[]);
+    let relation = b.node::<Neighbours>("relation", json!({ "names": { "a": ["b"] } }), &[]);
+    let around = b.node::<Around>("around", json!({}), &[From::Node(list), From::Via(list, relation)]);
+    let print = b.node::<Print>("print", json!({}), &[From::Node(around)]);
+    b.file("{name}.txt", print);
+    let plan = b.plan();
+    ok(&t.bake_with(&plan, |o| o.only = vec!["list".into(), "relation".into()]));
+    let files: Vec<_> = fs::read_dir(t.path("cache")).unwrap().map(|e| e.unwrap().path()).collect();
+    let index = files.iter().find(|p| p.extension().is_some_and(|e| e == "sqlite")).unwrap();
+    let db = rusqlite::Connection::open(index).unwrap();
+    assert!(db.execute("DELETE FROM value", []).unwrap() >= 3);
+    drop(db);
+    let r = t.bake_with(&plan, |o| o.dry_run = true);
+    assert_eq!((r.runs(), r.errors.len(), t.path("out").exists()), (0, 0, false), "{r:?}");
+    let forecast: Vec<String> = r.nodes.iter().map(|n| format!("{:?}", n.forecast.unwrap())).collect();
+    assert_eq!(forecast, ["Hit", "Hit", "MayRun", "MayRun"]);
+    ok(&t.bake(&plan));
+}
+
+#[test]
 fn names_enter_keys_only_where_asked() {
     let t = Bench::new();
     let build = |name: &str| {

@@ -216,7 +216,7 @@ fn what_cannot_be_read_is_rewritten_where_it_is_ours() {
     let t = Bench::new();
     ok(&t.bake(&number(1, &["a", "b"])));
     let good = tree(&t.path("out"));
-    fs::set_permissions(t.path("out/test/number.txt"), fs::Permissions::from_mode(0)).unwrap();
+    fs::set_permissions(t.path("out/test/number.txt"), fs::Permissions::from_mode(0o000)).unwrap();
     fs::remove_file(t.path("out/test/deep/a.txt")).unwrap();
     symlink("/nowhere/at/all", t.path("out/test/deep/a.txt")).unwrap();
     ok(&t.bake(&number(1, &["a", "b"])));
@@ -225,6 +225,39 @@ fn what_cannot_be_read_is_rewritten_where_it_is_ours() {
     // A link that is not ours is refused.
     symlink("/nowhere/at/all", t.path("out/test/deep/c.txt")).unwrap();
     assert!(refused(&t, &number(1, &["c"]), |_| {}).contains("c.txt"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_bake_that_changes_nothing_needs_no_writable_folder() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let t = Bench::new();
+    ok(&t.bake(&number(1, &["a"])));
+    let before = tree(&t.path("out"));
+    let allow = |mode: u32| {
+        for folder in ["out/test/deep", "out/test", "out"] {
+            fs::set_permissions(t.path(folder), fs::Permissions::from_mode(mode)).unwrap();
+        }
+    };
+    // Also where even the lock cannot be made.
+    for lock in [true, false] {
+        if !lock {
+            fs::remove_file(FolderLock::path(&t.path("out"), "test")).unwrap();
+        }
+        allow(0o555);
+        let writable = fs::write(t.path("out/probe"), "").is_ok();
+        let same = t.bake(&number(1, &["a"]));
+        let changed = bake(&number(2, &["a"]), &t.options(), &Stop::default(), &Silent);
+        allow(0o755);
+        assert_eq!((ok(&same).runs(), same.published.len()), (0, 0));
+        // For the administrator every folder is writable.
+        if writable {
+            return;
+        }
+        assert!(changed.unwrap_err().to_string().contains("cannot publish"));
+        let after = tree(&t.path("out")).into_iter().filter(|(name, _)| !name.contains("-lock"));
+        assert!(after.eq(before.clone().into_iter().filter(|(name, _)| !name.contains("-lock"))));
+    }
 }
 
 #[test]
@@ -255,8 +288,10 @@ struct Warnings(Mutex<Vec<String>>);
 
 impl Events for Warnings {
     fn event(&self, event: &Event) {
-        if let Event::Warning { text, .. } = event {
-            self.0.lock().unwrap().push((*text).to_owned());
+        match event {
+            Event::Warning { text, .. } => self.0.lock().unwrap().push((*text).to_owned()),
+            Event::Waiting { what, holder } => self.0.lock().unwrap().push(format!("waits for {what}: {holder}")),
+            _ => {}
         }
     }
 }
@@ -276,7 +311,7 @@ fn a_bake_that_waits_says_so() {
     });
     let told = told.0.into_inner().unwrap();
     let own = format!("process {}", std::process::id());
-    assert!(told.len() == 1 && told[0].contains("waits for another bake") && told[0].contains(&own), "{told:?}");
+    assert!(told.len() == 1 && told[0].contains("waits for the output folder") && told[0].contains(&own), "{told:?}");
 }
 
 #[test]

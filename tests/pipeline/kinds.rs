@@ -3,14 +3,14 @@
 use farfield::{
     engine::{
         artifact::{Artifact, DecodeError, Decoder, Encoder},
-        node::{Ctx, List, Node, NodeError, Registry, SourcePath},
+        node::{Ctx, Head, List, Measure, Node, NodeError, Registry, SourcePath},
         plan::{File, Relation},
     },
     ports,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
+use std::{path::Path, sync::Arc};
 
 macro_rules! value {
     ($($name:ident)*) => { $(
@@ -193,6 +193,49 @@ node!(Write, "write-glb", Nothing, MeshesIn, Written);
 node!(Single, "single-mesh", Nothing, None, MeshOut);
 node!(Make, "make-scene", SeedParams, None, OneScene);
 
+/// Judges a file that begins with `scene`.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct JudgeParams {
+    /// The file.
+    pub path: SourcePath,
+    /// Degrees.
+    pub fov: f64,
+}
+
+impl Default for JudgeParams {
+    fn default() -> Self {
+        Self { path: SourcePath("builtin:x".into()), fov: 45.0 }
+    }
+}
+
+pub struct Judge;
+
+impl Node for Judge {
+    const KIND: &'static str = "judge";
+    const VERSION: u32 = 1;
+    type Params = JudgeParams;
+    type In = None;
+    type Out = Written;
+    fn memory(_: &JudgeParams, _: &[u64]) -> u64 {
+        0
+    }
+    fn doubts(params: &JudgeParams) -> Vec<(&'static str, String)> {
+        if params.fov < 5.0 { vec![("fov", "degrees are meant".into())] } else { Vec::new() }
+    }
+    fn check_source(_: &str, _: &Path, head: Head) -> Result<(), String> {
+        let is = head.bytes.starts_with(b"scene");
+        if is { Ok(()) } else { Err(format!("is no scene ({} bytes, whole: {})", head.bytes.len(), head.whole)) }
+    }
+    fn measures() -> Vec<Measure> {
+        let measure = |path: &str| Measure { path: path.into(), about: format!("about {path}"), ..Measure::default() };
+        ["crack_px.ratio", "crack_px.total", "psnr_y_object_db.mean", "psnr_y_object_db.min"].map(measure).into()
+    }
+    fn run(_: &JudgeParams, _: None, _: &Ctx) -> Result<Written, NodeError> {
+        Err(NodeError::Failed("only for checks".into()))
+    }
+}
+
 pub fn registry() -> Registry {
     let mut r = Registry::default();
     r.add::<Load>();
@@ -204,5 +247,6 @@ pub fn registry() -> Registry {
     r.add::<Write>();
     r.add::<Make>();
     r.add::<Single>();
+    r.add::<Judge>();
     r
 }

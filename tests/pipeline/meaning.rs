@@ -75,6 +75,8 @@ fn source_paths_start_from_the_file_that_names_them() {
         folder: folder.path(),
         set: &[],
         stock: super::STOCK,
+        require: &[],
+        name: None,
         everywhere: &[],
     };
     let plan = farfield::engine::pipeline::load(&request, &super::kinds::registry()).unwrap_or_else(|p| panic!("{p}"));

@@ -23,7 +23,8 @@ fn every_stock_pipeline_checks() {
     let registry = nodes::registry();
     for (name, _) in STOCK {
         let folder = std::env::current_dir().unwrap();
-        let request = Request { file: name, folder: &folder, set: &[], stock: STOCK, everywhere: &[] };
+        let request =
+            Request { file: name, folder: &folder, set: &[], stock: STOCK, require: &[], name: None, everywhere: &[] };
         let plan = load(&request, &registry).unwrap_or_else(|problems| panic!("{name}\n{problems}"));
         assert_eq!(&plan.name, name);
     }
@@ -35,7 +36,8 @@ fn every_stock_pipeline_has_the_common_knobs() {
     let folder = std::env::current_dir().unwrap();
     let set: Vec<String> = ["scene=builtin:car", "resolution=256", "views=8"].iter().map(|s| (*s).to_owned()).collect();
     for (name, _) in STOCK {
-        let request = Request { file: name, folder: &folder, set: &set, stock: STOCK, everywhere: &[] };
+        let request =
+            Request { file: name, folder: &folder, set: &set, stock: STOCK, require: &[], name: None, everywhere: &[] };
         load(&request, &registry).unwrap_or_else(|problems| panic!("{name}\n{problems}"));
     }
 }

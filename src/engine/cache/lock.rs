@@ -81,7 +81,7 @@ impl Drop for Lock {
 }
 
 /// This process as its locks name it: one line, padded to a fixed length so that it replaces a longer one.
-fn own_name() -> &'static [u8] {
+pub fn own_name() -> &'static [u8] {
     static NAME: OnceLock<Vec<u8>> = OnceLock::new();
     NAME.get_or_init(|| {
         let kernel = fs::read_to_string("/proc/sys/kernel/hostname").ok();

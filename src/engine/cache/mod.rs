@@ -26,6 +26,7 @@ pub use write::NewValue;
 use super::{
     error::EngineError,
     hash::Digest,
+    lookup::{DigestMap, DigestSet},
     record::{MapRecord, RunRecord},
     wire::{Place, Reader, Writer},
 };
@@ -35,7 +36,7 @@ use index::Index;
 use lock::{KeyLock, KeyLocks, Lock};
 use rusqlite::{OptionalExtension as _, types::ValueRef};
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeSet,
     path::{Path, PathBuf},
     sync::Arc,
     time::{Instant, SystemTime},
@@ -63,9 +64,9 @@ pub struct Cache {
     pending: Pending,
     flushed: Instant,
     /// Values whose bytes this process has checked.
-    verified: BTreeSet<Digest>,
+    verified: DigestSet,
     /// Values that the index is known to hold.
-    indexed: BTreeSet<Digest>,
+    indexed: DigestSet,
     explained: BTreeSet<Digest>,
     /// When this bake began, in seconds since 1970.
     began: i64,
@@ -117,8 +118,8 @@ impl Cache {
             blobs: Blobs::new(root),
             pending: Pending::default(),
             flushed: Instant::now(),
-            verified: BTreeSet::new(),
-            indexed: BTreeSet::new(),
+            verified: DigestSet::default(),
+            indexed: DigestSet::default(),
             explained: BTreeSet::new(),
             began: seconds(),
             writable,
@@ -240,9 +241,9 @@ impl Cache {
     }
 
     /// [`Self::value`] for many: those that the cache has. One query for a hundred costs half of a hundred queries.
-    pub fn values(&self, hashes: impl Iterator<Item = Digest>) -> Result<BTreeMap<Digest, Stored>, EngineError> {
+    pub fn values(&self, hashes: impl Iterator<Item = Digest>) -> Result<DigestMap<Stored>, EngineError> {
         const AT_ONCE: usize = 100;
-        let mut out = BTreeMap::new();
+        let mut out = DigestMap::default();
         let mut asked = Vec::new();
         for hash in hashes {
             match self.pending.stored(&hash) {
@@ -250,6 +251,9 @@ impl Cache {
                 None => asked.push(hash),
             }
         }
+        // In the order of the index, neighbours lie on one page of it.
+        asked.sort_unstable();
+        asked.dedup();
         let query = format!("SELECT hash, data FROM value WHERE hash IN (?{})", ",?".repeat(AT_ONCE - 1));
         let mut read = || -> rusqlite::Result<()> {
             let mut s = self.db.prepare_cached(&query)?;

@@ -179,7 +179,7 @@ fn nodes<'s>(draft: &mut Draft<'s>, section: Item<'s>, rank: usize, problems: &m
         }
         let Some(table) = table(item, &format!("nodes.{name}"), problems) else { continue };
         if !valid_name(name) {
-            let help = "letters, digits, `-` and `_`: references write `node.output`";
+            let help = "at most 128 letters, digits, `-` and `_`: references write `node.output`";
             problems.push(Problem::at(item.key, format!("`{name}` is no name for a node"), "not a name").help(help));
             continue;
         }
@@ -227,9 +227,9 @@ impl<'s> DraftNode<'s> {
     }
 }
 
-/// Names of nodes and knobs.
+/// Names of nodes, knobs and pipelines: at most 128 letters, digits, `-` and `_`.
 pub fn valid_name(name: &str) -> bool {
-    !name.is_empty() && name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'-' || b == b'_')
+    (1..=128).contains(&name.len()) && name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'-' || b == b'_')
 }
 
 fn require<'s>(draft: &mut Draft<'s>, section: Item<'s>, rank: usize, problems: &mut Vec<Problem>) {
@@ -285,7 +285,7 @@ pub fn apply<'s>(
                         references(old.value, &mut draft.overruled);
                     }
                 }
-                None => problems.push(no_node(node, place, "--set: ", draft.nodes.keys().copied())),
+                None => problems.push(no_node(node, place, "--set: ", draft.nodes.keys().copied(), problems.len())),
             },
             _ => {}
         }
@@ -302,8 +302,18 @@ fn references<'s>(value: &'s DeValue<'s>, found: &mut Vec<&'s str>) {
     }
 }
 
-/// The problem of naming a node that is not there.
-pub fn no_node<'a>(name: &str, place: Place, who: &str, known: impl Iterator<Item = &'a str> + Clone) -> Problem {
+/// The problem of naming a node that is not there, one of `others` problems.
+pub fn no_node<'a>(
+    name: &str,
+    place: Place,
+    who: &str,
+    known: impl Iterator<Item = &'a str> + Clone,
+    others: usize,
+) -> Problem {
+    let problem = Problem::at(place, format!("{who}no node `{name}`"), "no such node");
+    if !suggest::worthwhile(others) {
+        return problem;
+    }
     let help = format!("{}the nodes are {}", suggest::did_you_mean(name, known.clone()), suggest::list(known));
-    Problem::at(place, format!("{who}no node `{name}`"), "no such node").help(help)
+    problem.help(help)
 }

@@ -3,13 +3,14 @@
 
 use super::{
     draft::{Draft, DraftNode, Item, what},
+    judge,
     problem::Problem,
     source::Place,
     suggest,
     types::{self, Ty},
-    value::{self, Values},
+    value::Values,
 };
-use crate::engine::node::{Arity, Kind, ParamError, PortSpec, Registry};
+use crate::engine::node::{Arity, Kind, PortSpec, Registry};
 use serde_json::{Map, Value};
 use std::{collections::BTreeMap, rc::Rc, sync::Arc};
 use toml::de::DeValue;
@@ -72,6 +73,8 @@ pub struct Link<'s> {
 pub struct Links<'s> {
     pub nodes: Vec<Link<'s>>,
     pub registry: &'s Registry,
+    /// What is allowed but can hardly be meant.
+    pub doubts: Vec<(Place, String)>,
 }
 
 /// Tells the keys of all nodes apart.
@@ -98,7 +101,7 @@ pub fn link<'s>(
             per: Vec::new(),
         });
     }
-    let mut links = Links { nodes, registry };
+    let mut links = Links { nodes, registry, doubts: Vec::new() };
     for (at, node) in draft.nodes.values().enumerate() {
         if let Some(info) = links.nodes[at].info.clone() {
             links.keys(at, node, &info, values, everywhere, problems);
@@ -123,10 +126,9 @@ fn kind_of<'s>(
     }
     let Some(item) = node.kind else {
         let others = draft.nodes.keys().copied().filter(|n| *n != name);
-        let help = format!(
-            "{}every node says its kind: kind = \"…\"; `farfield nodes` lists them",
-            suggest::did_you_mean(name, others)
-        );
+        let hint =
+            if suggest::worthwhile(problems.len()) { suggest::did_you_mean(name, others) } else { String::new() };
+        let help = format!("{hint}every node says its kind: kind = \"…\"; `farfield nodes` lists them");
         problems.push(Problem::at(node.place, format!("node `{name}` has no `kind`"), "no kind").help(help));
         return None;
     };
@@ -154,6 +156,11 @@ fn kind_of<'s>(
 }
 
 impl<'s> Links<'s> {
+    /// The nodes' names.
+    pub fn names(&self) -> impl Iterator<Item = &'s str> + Clone {
+        self.nodes.iter().map(|node| node.name)
+    }
+
     fn keys(
         &mut self,
         at: usize,
@@ -204,7 +211,8 @@ impl<'s> Links<'s> {
             params.insert((*key).to_owned(), value.clone());
         }
         if problems.len() == before {
-            self.nodes[at].params = judge(name, node, info, Value::Object(params), values, problems);
+            let judged = judge::judge(name, node, info, Value::Object(params), values, &mut self.doubts, problems);
+            self.nodes[at].params = judged;
         }
     }
 
@@ -254,34 +262,4 @@ fn unknown_key(key: &str, item: Item, info: &KindInfo) -> Problem {
     let kind = info.kind.spec().name;
     let help = format!("{}`{kind}` has {}", suggest::did_you_mean(key, names().chain(OWN_KEYS)), parts.join(" and "));
     Problem::at(item.key, format!("kind `{kind}` has no `{key}`"), "no such port or parameter").help(help)
-}
-
-/// Parameters as the kind itself reads and judges them.
-fn judge(
-    name: &str,
-    node: &DraftNode,
-    info: &KindInfo,
-    params: Value,
-    values: &Values,
-    problems: &mut Vec<Problem>,
-) -> Value {
-    let problem = match info.kind.normalise(params) {
-        Ok(params) => return params,
-        Err(ParamError::Refused { param, message }) => {
-            let message = format!("node `{name}`, `{param}`: {message}");
-            let given = node.get(param);
-            let knob = given.and_then(|item| values.knobs.get(value::reference(item.value.as_str()?)?));
-            match (knob, given) {
-                (Some(knob), Some(item)) => Problem::at(knob.place, message, "refused").also(item.place, "used here"),
-                (_, Some(item)) => Problem::at(item.place, message, "refused"),
-                _ => Problem::at(node.place, message, "the default does not fit"),
-            }
-        }
-        Err(ParamError::Type(e)) => {
-            let message = format!("node `{name}`: its parameters do not fit together: {e}");
-            Problem::at(node.place, message, "these parameters")
-        }
-    };
-    problems.push(problem);
-    Value::Null
 }

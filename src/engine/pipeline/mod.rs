@@ -7,12 +7,14 @@
 
 mod axes;
 mod draft;
+mod judge;
 mod link;
 mod order;
 mod problem;
 mod publish;
 mod read;
 mod reference;
+mod require;
 mod source;
 mod suggest;
 mod types;
@@ -23,7 +25,7 @@ pub use link::OWN_KEYS;
 pub use problem::{Problem, Problems};
 pub use read::Stock;
 pub use source::{Place, Source, Sources};
-pub use suggest::{did_you_mean, list as name_list, nearest};
+pub use suggest::{did_you_mean, elide, list as name_list, nearest};
 pub use types::{Ty, parameters};
 
 use super::{
@@ -48,6 +50,10 @@ pub struct Request<'a> {
     pub folder: &'a Path,
     /// `name=value` and `node.param=value`, the value in TOML's syntax or as plain text.
     pub set: &'a [String],
+    /// `node.measure=…`: bounds over those of `[require]`.
+    pub require: &'a [String],
+    /// The pipeline's name, over what the file says.
+    pub name: Option<&'a str>,
     /// The pipelines that the program carries.
     pub stock: &'a [Stock],
     /// Parameters that every node gets whose kind has them, over what the file says.
@@ -77,7 +83,6 @@ pub fn load_text(name: &str, text: &str, request: &Request, registry: &Registry)
 fn check(top: Source, path: &Path, request: &Request, registry: &Registry) -> Result<Plan, Problems> {
     let mut problems = Vec::new();
     let mut sources = Sources::default();
-    let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or("pipeline").to_owned();
     let text = Arc::clone(&top.text);
     let number = sources.add(top);
     let Some(table) = read::parse(number, &text, &mut problems) else { return Err(Problems::new(sources, problems)) };
@@ -97,6 +102,15 @@ fn check(top: Source, path: &Path, request: &Request, registry: &Registry) -> Re
             Err(problem) => problems.push(problem),
         }
     }
+    let add = |text: &String| {
+        let (name, folder) = ("--require".to_owned(), request.folder.to_owned());
+        sources.add(Source { name, text: text.as_str().into(), folder, argument: true, file: None })
+    };
+    let require: Vec<u32> = request.require.iter().map(add).collect();
+    if let Some(name) = request.name.filter(|name| !valid_name(name)) {
+        let help = "at most 128 letters, digits, `-` and `_`: it names the folder that the bake writes";
+        problems.push(Problem::nowhere(format!("--name: `{name}` is no name for a pipeline")).help(help));
+    }
     if !problems.is_empty() {
         // A missing base or a broken text: what else is wrong cannot be told yet.
         return Err(Problems::new(sources, problems));
@@ -104,8 +118,8 @@ fn check(top: Source, path: &Path, request: &Request, registry: &Registry) -> Re
     let mut draft = draft::merge(&layers, &mut problems);
     let owners = |draft: &Draft, param: &str| owners(draft, param, registry);
     draft::apply(&mut draft, &arguments, owners, &mut problems);
-    let plan = resolve(&draft, &sources, &stem, path, request.everywhere, registry, &mut problems);
-    match plan {
+    let plan = resolve(&draft, &sources, path, &require, request.everywhere, registry, &mut problems);
+    match plan.map(|plan| Plan { name: request.name.map_or(plan.name, str::to_owned), ..plan }) {
         Some(plan) if problems.is_empty() => Ok(plan),
         _ => Err(Problems::new(sources, problems)),
     }
@@ -123,12 +137,13 @@ fn owners(draft: &Draft, param: &str, registry: &Registry) -> Vec<String> {
 fn resolve<'s>(
     draft: &'s Draft<'s>,
     sources: &'s Sources,
-    stem: &str,
     path: &Path,
+    require: &[u32],
     everywhere: &[(&str, serde_json::Value)],
     registry: &'s Registry,
     problems: &mut Vec<Problem>,
 ) -> Option<Plan> {
+    let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or("pipeline");
     let name = name(draft, stem, problems);
     let values = Values { sources, knobs: &draft.knobs, used: Default::default(), missed: Default::default() };
     if draft.nodes.is_empty() {
@@ -141,15 +156,16 @@ fn resolve<'s>(
     let known = axes::infer(&links, &order, problems);
     publish::outputs(draft, &links, problems);
     let files = publish::files(draft, &links, &known, problems);
-    let bounds = publish::require(draft, &links, &values, problems);
+    let bounds = require::require(draft, &links, &values, require, problems);
     knobs(draft, &links, &values, problems);
     if !problems.is_empty() {
         return None;
     }
+    let doubts = links.doubts.iter().map(|(place, text)| format!("{}: {text}", sources.line(*place))).collect();
     let knobs = draft.knobs.iter().map(|(name, item)| ((*name).to_owned(), value::json(item.value))).collect();
     let plan = plan(links, &order, known, files, bounds)?;
     let given = given(&plan.nodes);
-    Some(Plan { name, file: PathBuf::from(path), texts: sources.files(), knobs, sources: given, ..plan })
+    Some(Plan { name, file: PathBuf::from(path), texts: sources.files(), knobs, sources: given, doubts, ..plan })
 }
 
 /// The pipeline's name, which names its folder below `out/`.
@@ -158,7 +174,7 @@ fn name(draft: &Draft, stem: &str, problems: &mut Vec<Problem>) -> String {
     if let Some((name, place)) = given
         && !valid_name(name)
     {
-        let help = "letters, digits, `-` and `_`: it names the folder that the bake writes";
+        let help = "at most 128 letters, digits, `-` and `_`: it names the folder that the bake writes";
         problems.push(Problem::at(place, format!("`{name}` is no name for a pipeline"), "not a name").help(help));
     }
     let name = given.map_or(stem, |(name, _)| name);
@@ -226,7 +242,7 @@ fn plan(
     order: &[usize],
     known: Vec<Option<NodeAxes>>,
     files: Vec<publish::FileEntry>,
-    bounds: Vec<publish::Bound>,
+    bounds: Vec<require::Bound>,
 ) -> Option<Plan> {
     let mut number = vec![NodeId(0); order.len()];
     for (id, at) in order.iter().enumerate() {

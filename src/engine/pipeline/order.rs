@@ -39,6 +39,9 @@ pub fn order(links: &Links, problems: &mut Vec<Problem>) -> Vec<usize> {
     order
 }
 
+/// Nodes of a cycle that are named.
+const SHOWN: usize = 8;
+
 /// One problem per group of nodes that feed each other, naming a shortest cycle through its first node.
 fn cycles(links: &Links, feeds: &[Vec<u32>], problems: &mut Vec<Problem>) {
     let edges = feeds.iter().enumerate().flat_map(|(from, to)| to.iter().map(move |to| (from as u32, *to)));
@@ -58,10 +61,16 @@ fn cycles(links: &Links, feeds: &[Vec<u32>], problems: &mut Vec<Problem>) {
             inputs.filter(|i| [i.from, i.via].iter().flatten().any(|o| o.0 == *from)).map(|i| i.place).take(1)
         });
         let Some(place) = steps.next() else { continue };
-        let message = format!("a cycle: {}", names.join(" → "));
+        let message = match &names[..] {
+            [start @ .., last] if names.len() > SHOWN => {
+                let more = names.len() - SHOWN;
+                format!("a cycle: {} → … {more} more … → {last}", start[..SHOWN - 1].join(" → "))
+            }
+            _ => format!("a cycle: {}", names.join(" → ")),
+        };
         let mut problem = Problem::at(place, message, "closes the cycle")
             .help("a node cannot need its own result; cut one of these ports");
-        for place in steps.take(8) {
+        for place in steps.take(3) {
             problem = problem.also(place, "part of it");
         }
         problems.push(problem);

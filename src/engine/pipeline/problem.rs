@@ -1,12 +1,21 @@
 //! What is wrong with a pipeline: all of it at once, each with its place, what was found there, what was expected and
 //! the nearest valid name.
 
-use super::source::{Place, Sources};
+use super::{
+    source::{Place, Sources},
+    suggest::elide,
+};
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
 use std::{fmt, sync::Arc};
 
 /// A report shows at most this many problems; a file with more has one cause, and a terminal one screen.
 const SHOWN: usize = 40;
+
+/// Bytes of a line of a pipeline file that a report quotes; characters of a message, of a label and of a help.
+const LINE: usize = 400;
+const MESSAGE: usize = 300;
+const LABEL: usize = 80;
+const HELP: usize = 700;
 
 /// One thing that is wrong.
 #[derive(Clone, Debug)]
@@ -74,7 +83,9 @@ impl Problems {
             GraphicalReportHandler::new_themed(theme).with_width(width).with_context_lines(1).with_wrap_lines(false);
         let mut out = String::new();
         for problem in self.list.iter().take(SHOWN) {
-            let source = problem.place.map(|p| {
+            // A line that no terminal holds is not quoted; its place is named.
+            let quoted = problem.place.filter(|p| self.sources.longest_line(*p) <= LINE);
+            let source = quoted.map(|p| {
                 let source = self.sources.get(p);
                 NamedSource::new(&source.name, Arc::clone(&source.text)).with_language("toml")
             });
@@ -127,7 +138,10 @@ impl fmt::Debug for Shown<'_> {
 
 impl fmt::Display for Shown<'_> {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(&self.problem.message)
+        if let (None, Some(place)) = (&self.source, self.problem.place) {
+            write!(f, "{}: ", self.sources.line(place))?;
+        }
+        f.write_str(&elide(&self.problem.message, MESSAGE))
     }
 }
 
@@ -139,8 +153,8 @@ impl Diagnostic for Shown<'_> {
         let elsewhere =
             self.problem.also.iter().filter(|(p, _)| Some(p.source) != self.problem.place.map(|p| p.source));
         let mut lines: Vec<String> =
-            elsewhere.map(|(p, label)| format!("see {}, {label}", self.sources.line(*p))).collect();
-        lines.extend(self.problem.help.as_deref().map(|help| wrap(help, self.width)));
+            elsewhere.map(|(p, label)| format!("see {}, {}", self.sources.line(*p), elide(label, LABEL))).collect();
+        lines.extend(self.problem.help.as_deref().map(|help| wrap(&elide(help, HELP), self.width)));
         (!lines.is_empty()).then(|| Box::new(lines.join("\n")) as _)
     }
 
@@ -149,12 +163,15 @@ impl Diagnostic for Shown<'_> {
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let place = self.problem.place?;
-        let span = |p: Place, label: &str| {
-            let label = (!label.is_empty()).then(|| label.to_owned());
-            LabeledSpan::new(label, p.start as usize, p.end.saturating_sub(p.start) as usize)
+        let place = self.problem.place.filter(|_| self.source.is_some())?;
+        let span = move |p: Place, label: &str| {
+            let label = (!label.is_empty()).then(|| elide(label, LABEL));
+            // Of a value of many lines the first is enough.
+            let length = self.sources.text(p).lines().next().map_or(0, str::len);
+            LabeledSpan::new(label, p.start as usize, length)
         };
-        let also = self.problem.also.iter().filter(move |(p, _)| p.source == place.source && *p != place);
+        let short = move |p: &Place| self.sources.longest_line(*p) <= LINE;
+        let also = self.problem.also.iter().filter(move |(p, _)| p.source == place.source && *p != place && short(p));
         Some(Box::new(std::iter::once(span(place, &self.problem.label)).chain(also.map(move |(p, l)| span(*p, l)))))
     }
 }

@@ -1,28 +1,18 @@
-//! What leaves the pipeline: `[outputs]`, `[files]` and the targets of `[require]`.
+//! What leaves the pipeline: `[outputs]` and `[files]`.
 
 use super::{
     axes::{self, NodeAxes},
     draft::{Draft, Item, what},
     link::{Links, Output},
     problem::Problem,
-    source::{Place, Sources},
-    suggest,
-    types::Ty,
-    value::Values,
+    source::Place,
 };
+use crate::engine::publish::names;
 use std::collections::BTreeMap;
 use toml::de::DeValue;
 
 /// An entry of `[files]`: path and output.
 pub type FileEntry = (String, Output);
-
-/// A bound on a number in a certificate.
-pub struct Bound {
-    pub from: Output,
-    pub path: String,
-    pub min: Option<f64>,
-    pub max: Option<f64>,
-}
 
 /// The output that an entry of `section` names.
 fn output(section: &str, item: Item, links: &Links, problems: &mut Vec<Problem>) -> Option<Output> {
@@ -149,13 +139,19 @@ fn collide<'s>(
     taken: &mut BTreeMap<String, (Place, &'s str)>,
     problems: &mut Vec<Problem>,
 ) {
-    let lower = path.to_lowercase();
+    let lower = names::folded(path);
     let mut report = |(other, name): (Place, &str), why: &str| {
+        let (path, name) = names::told_apart(path, name);
         let message = format!("[files]: `{path}` and `{name}` {why}");
         problems.push(Problem::at(place, message, "this one").also(other, "and this one").help("choose another name"));
     };
     if let Some(old) = taken.get(&lower) {
-        return report(*old, "are one file where case does not count");
+        let why = if old.1.to_lowercase() == path.to_lowercase() {
+            "are one file where case does not count"
+        } else {
+            "are one file where the forms of Unicode do not count"
+        };
+        return report(*old, why);
     }
     let inside = format!("{lower}/");
     let above = lower.match_indices('/').find_map(|(at, _)| taken.get(&lower[..at]));
@@ -164,101 +160,4 @@ fn collide<'s>(
         return report(*old, "cannot both be: one is a folder of the other");
     }
     taken.insert(lower, (place, path));
-}
-
-/// `[require]`, by node, then by path.
-pub fn require<'s>(
-    draft: &'s Draft<'s>,
-    links: &Links,
-    values: &Values<'s>,
-    problems: &mut Vec<Problem>,
-) -> Vec<Bound> {
-    let mut bounds = Vec::new();
-    for (name, (place, items)) in &draft.require {
-        let Some(node) = links.node(name) else {
-            problems.push(super::draft::no_node(name, *place, "[require]: ", links.nodes.iter().map(|n| n.name)));
-            continue;
-        };
-        let Some(info) = &links.nodes[node].info else { continue };
-        let judged = |o: &crate::engine::node::PortSpec| o.name == "certificate" && o.ty.name == "File";
-        let port = info.outputs().iter().position(judged);
-        if port.is_none() {
-            let able = links.nodes.iter().filter(|n| n.info.as_ref().is_some_and(|i| i.outputs().iter().any(judged)));
-            let able: Vec<&str> = able.map(|n| n.name).collect();
-            let message = format!("[require]: node `{name}` writes no certificate");
-            let help = if able.is_empty() {
-                "no node of this pipeline does; kind `evaluate` measures a stand-in".to_owned()
-            } else {
-                format!("nodes that do: {}", suggest::list(able))
-            };
-            problems.push(Problem::at(*place, message, "nothing to judge").help(help));
-        }
-        for (path, item) in items {
-            let bound = bound(path, *item, values, problems);
-            if let (Some((min, max)), Some(port)) = (bound, port) {
-                bounds.push(Bound { from: (node, port as u32), path: (*path).to_owned(), min, max });
-            }
-        }
-    }
-    bounds
-}
-
-/// The range that one requirement allows.
-fn bound<'s>(
-    path: &'s str,
-    item: Item<'s>,
-    values: &Values<'s>,
-    problems: &mut Vec<Problem>,
-) -> Option<(Option<f64>, Option<f64>)> {
-    const FORM: &str = "a bound is { min = … }, { max = … }, both, or a number that must be met exactly";
-    let number = Ty::Number { min: None, max: None };
-    let DeValue::Table(table) = item.value else {
-        if !matches!(item.value, DeValue::Integer(_) | DeValue::Float(_) | DeValue::String(_)) {
-            let message = format!("`{path}` is {}, expected a bound", what(item.value));
-            problems.push(Problem::at(item.place, message, "not a bound").help(FORM));
-            return None;
-        }
-        let value = values.convert(path, item, &number, problems)?.as_f64();
-        return Some((value, value));
-    };
-    let (mut min, mut max) = (None, None);
-    let mut sound = true;
-    for (key, value) in table {
-        let key_place = Place::new(item.place.source, key.span());
-        let name = &**key.get_ref();
-        let inner = Item { key: key_place, value: value.get_ref(), place: Place::new(item.place.source, value.span()) };
-        // A path without quotes is a table in a table, and TOML cannot say whether its last word is a bound.
-        if !matches!(name, "min" | "max") || dotted(values.sources, key_place) {
-            let message = format!("[require]: the path `{path}.{name}…` needs quotes");
-            let help = format!("write \"{path}.{name}\" = {{ max = … }}; {FORM}");
-            problems.push(Problem::at(key_place, message, "not min or max").help(help));
-            sound = false;
-            continue;
-        }
-        let value = values.convert(name, inner, &number, problems).and_then(|v| v.as_f64());
-        sound &= value.is_some();
-        *(if name == "min" { &mut min } else { &mut max }) = value;
-    }
-    if !sound {
-        return None;
-    }
-    let wrong = match (min, max) {
-        (None, None) => Some("bounds nothing"),
-        (Some(min), Some(max)) if min > max => Some("cannot be met: min is above max"),
-        _ => None,
-    };
-    if let Some(why) = wrong {
-        problems.push(Problem::at(item.place, format!("`{path}` {why}"), "no range").help(FORM));
-        return None;
-    }
-    Some((min, max))
-}
-
-/// Whether a dot stands before the key at `place`.
-fn dotted(sources: &Sources, place: Place) -> bool {
-    sources
-        .get(place)
-        .text
-        .get(..place.start as usize)
-        .is_some_and(|before| before.trim_end_matches([' ', '\t']).ends_with('.'))
 }

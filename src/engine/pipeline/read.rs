@@ -101,7 +101,17 @@ pub fn parse<'s>(source: u32, text: &'s str, problems: &mut Vec<Problem>) -> Opt
         let mut span = error.span().unwrap_or(0..0);
         span.end = span.end.min(text.len());
         span.start = span.start.min(span.end);
-        problems.push(syntax(Place::new(source, span), error.message(), text));
+        let problem = syntax(Place::new(source, span), error.message(), text);
+        // A line with several wrong escapes has one cause.
+        let line =
+            |p: &Problem| p.place.map(|p| text.as_bytes()[..p.start as usize].iter().filter(|b| **b == b'\n').count());
+        let again = |last: &&Problem| {
+            let same = last.place.map(|p| p.source) == Some(source) && last.message == problem.message;
+            same && line(last) == line(&problem)
+        };
+        if problems.last().filter(again).is_none() {
+            problems.push(problem);
+        }
     }
     None
 }
@@ -113,7 +123,11 @@ fn syntax(place: Place, message: &str, text: &str) -> Problem {
     let line_end = text[end..].find('\n').map_or(text.len(), |at| end + at);
     let (line, found) = (text[line_start..line_end].trim(), &text[start..end]);
     let assignment = line.split_once('=').filter(|(key, _)| !key.contains('"'));
-    let (what, label, help) = if message.contains("duplicate key") {
+    let (what, label, help) = if is_windows_path(line) {
+        let help = "in \"…\" a backslash begins an escape: write `/` (\"C:/models/town.glb\"), or single quotes \
+                    ('C:\\models\\town.glb')";
+        ("a backslash in text".to_owned(), "begins an escape", help.to_owned())
+    } else if message.contains("duplicate key") {
         (
             format!("`{found}` a second time"),
             "again",
@@ -138,6 +152,31 @@ fn syntax(place: Place, message: &str, text: &str) -> Problem {
         (message.to_owned(), "not valid TOML", String::new())
     };
     Problem::at(place, format!("TOML syntax: {what}"), label).help(help)
+}
+
+/// Whether a line has a basic string in which a backslash begins no escape that TOML knows.
+fn is_windows_path(line: &str) -> bool {
+    let mut chars = line.chars();
+    let mut inside = false;
+    while let Some(c) = chars.next() {
+        match c {
+            '\'' if !inside => drop(chars.find(|c| *c == '\'')),
+            '#' if !inside => return false,
+            '"' => inside = !inside,
+            '\\' if inside => match chars.next() {
+                // `\u` and `\U` need digits; `\"` at the end of a path leaves the string open.
+                Some('u' | 'U') => {
+                    if !chars.clone().take(4).all(|c| c.is_ascii_hexdigit()) || chars.clone().count() < 4 {
+                        return true;
+                    }
+                }
+                Some('b' | 't' | 'n' | 'f' | 'r' | 'e' | '"' | '\\') | None => {}
+                Some(_) => return true,
+            },
+            _ => {}
+        }
+    }
+    false
 }
 
 /// `[pipeline] base` of `table`, if it is text. (Its other types are reported with the rest of the section.)

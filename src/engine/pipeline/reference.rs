@@ -131,7 +131,7 @@ impl<'s> Links<'s> {
                 problems.push(Problem::at(place, format!("{who} refers to a knob"), "not a node").help(help));
             } else {
                 let who = format!("{who}: ");
-                problems.push(draft::no_node(name, place, &who, self.nodes.iter().map(|n| n.name)));
+                problems.push(draft::no_node(name, place, &who, self.names(), problems.len()));
             }
             return None;
         };

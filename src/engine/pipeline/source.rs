@@ -59,6 +59,18 @@ impl Sources {
         self.get(place).text.get(place.start as usize..place.end as usize).unwrap_or_default()
     }
 
+    /// Bytes of the longest of the lines that a report quotes for `place`: its first, the one before and the one after.
+    pub fn longest_line(&self, place: Place) -> usize {
+        let text = self.get(place).text.as_bytes();
+        let at = (place.start as usize).min(text.len());
+        let end = |from: usize| text[from..].iter().position(|b| *b == b'\n').map_or(text.len(), |n| from + n);
+        let start = |to: usize| text[..to].iter().rposition(|b| *b == b'\n').map_or(0, |n| n + 1);
+        let (first, last) = (start(at), end(at));
+        let before = first.saturating_sub(1);
+        let after = (last + 1).min(text.len());
+        (last - first).max(before - start(before)).max(end(after) - after)
+    }
+
     /// `file:line`, the line counted from 1.
     pub fn line(&self, place: Place) -> String {
         let source = self.get(place);

@@ -1,5 +1,26 @@
 //! The nearest valid name. Called only where there is an error.
 
+/// Problems of one file for which near names are looked for: a report shows fewer, and to compare every wrong name with
+/// every right one would take long in a large file.
+const HINTS: usize = 200;
+
+/// Whether the next of so many problems is worth a search for near names.
+pub fn worthwhile(problems: usize) -> bool {
+    problems < HINTS
+}
+
+/// `text`, or its beginning and end where it has more than `most` characters.
+pub fn elide(text: &str, most: usize) -> String {
+    let count = text.chars().count();
+    if count <= most {
+        return text.to_owned();
+    }
+    let (head, tail) = (most * 2 / 3, most / 3);
+    let start: String = text.chars().take(head).collect();
+    let end: String = text.chars().skip(count - tail).collect();
+    format!("{start} … {end}")
+}
+
 /// The candidate that `wrong` most likely means, if one is near: at most a third of its letters differ, or it is the
 /// same word in another spelling, or one is the beginning of the other.
 pub fn nearest<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
@@ -45,7 +66,7 @@ fn distance(a: &str, b: &str) -> usize {
 /// `a`, `b` and `c`; at most twelve of them.
 pub fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let names: Vec<&str> = names.into_iter().collect();
-    let shown: Vec<String> = names.iter().take(12).map(|n| format!("`{n}`")).collect();
+    let shown: Vec<String> = names.iter().take(12).map(|n| format!("`{}`", elide(n, 60))).collect();
     match (shown.split_last(), names.len() > 12) {
         (None, _) => "none".to_owned(),
         (_, true) => format!("{} and {} more", shown.join(", "), names.len() - 12),
@@ -81,6 +102,13 @@ mod tests {
         ] {
             assert_eq!(nearest(wrong, names), expect, "{wrong}");
         }
+    }
+
+    #[test]
+    fn long_texts_lose_their_middle() {
+        assert_eq!(elide("abc", 3), "abc");
+        assert_eq!(elide(&"é".repeat(100), 9), "éééééé … ééé");
+        assert!(list([&*"n".repeat(100_000)]).len() < 100);
     }
 
     #[test]

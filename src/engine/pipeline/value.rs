@@ -225,15 +225,24 @@ impl<'s> Values<'s> {
         let path = folder.join(&text);
         let shown = path.display();
         let (message, label) = match std::fs::metadata(&path) {
-            Ok(data) if !data.is_dir() => match path.to_str() {
+            Ok(data) if data.is_file() => match path.to_str() {
                 Some(path) => return Some(path.to_owned()),
                 None => (format!("the path `{shown}` is not UTF-8"), "not UTF-8"),
             },
-            Ok(_) => (format!("`{text}` is a folder, expected a file"), "a folder"),
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => (format!("no file `{text}`"), "no such file"),
+            Ok(data) if data.is_dir() => (format!("`{text}` is a folder, expected a file"), "a folder"),
+            Ok(_) => (format!("`{text}` is a device or a pipe, expected a file"), "no regular file"),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+                let name = if text.contains(char::is_control) { text.escape_debug().to_string() } else { text.clone() };
+                (format!("no file `{name}`"), "no such file")
+            }
             Err(e) => (format!("cannot read `{text}`: {e}"), "not readable"),
         };
         self.report(found, message, label, problems, || {
+            if text.contains(char::is_control) {
+                let help = "it holds a control character: in \"…\" a backslash begins an escape; write `/`, or single \
+                            quotes '…'";
+                return help.to_owned();
+            }
             let hint = near_file(&path).map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
             let whose = if self.sources.get(found.place).argument {
                 "in --set, paths start from the working folder"
@@ -333,7 +342,8 @@ impl<'s> Values<'s> {
         problems: &mut Vec<Problem>,
         help: impl FnOnce() -> String,
     ) -> Option<T> {
-        let mut problem = Problem::at(found.place, message, label).help(help());
+        let help = if suggest::worthwhile(problems.len()) { help() } else { String::new() };
+        let mut problem = Problem::at(found.place, message, label).help(help);
         if let Some(reference) = found.reference {
             problem = problem.also(reference, "used here");
         }
@@ -342,12 +352,20 @@ impl<'s> Values<'s> {
     }
 }
 
-/// A file of the same folder whose name is near.
+/// A file of the same folder whose name is near and that can be meant: one with the same ending, or with the same name
+/// but for the ending.
 fn near_file(path: &Path) -> Option<String> {
+    let part = |path: &Path, f: fn(&Path) -> Option<&std::ffi::OsStr>| Some(f(path)?.to_str()?.to_lowercase());
+    let (stem, ending) = (part(path, Path::file_stem), part(path, Path::extension));
+    let related = |name: &String| {
+        let name = Path::new(name);
+        part(name, Path::extension) == ending || part(name, Path::file_stem) == stem
+    };
     let mut names: Vec<String> = std::fs::read_dir(path.parent()?)
         .ok()?
         .take(2000)
-        .filter_map(|e| e.ok()?.file_name().into_string().ok())
+        .filter_map(|e| e.ok().filter(|e| e.path().is_file())?.file_name().into_string().ok())
+        .filter(related)
         .collect();
     names.sort();
     suggest::nearest(path.file_name()?.to_str()?, names.iter().map(String::as_str)).map(str::to_owned)

@@ -1,9 +1,30 @@
 //! Names of published files: they stay below the output folder and mean one file on every system.
 
-use std::collections::BTreeMap;
+use std::{borrow::Cow, collections::BTreeMap};
+use unicode_normalization::UnicodeNormalization as _;
 
 /// Names that the engine itself writes.
-const OWN: [&str; 3] = ["manifest.json", "run.json", "rejected"];
+const OWN: [&str; 4] = ["manifest.json", "run.json", "rejected", ".farfield-pending.json"];
+
+/// What is equal for two paths that some system takes for one: case and Unicode's normal forms do not count.
+pub fn folded(path: &str) -> String {
+    if path.is_ascii() {
+        path.to_ascii_lowercase()
+    } else {
+        path.nfd().collect::<String>().to_lowercase().nfc().collect()
+    }
+}
+
+/// Two paths for people: where they look alike, what is not ASCII stands as its code.
+pub fn told_apart<'a>(a: &'a str, b: &'a str) -> (Cow<'a, str>, Cow<'a, str>) {
+    if a == b || a.to_lowercase() == b.to_lowercase() || folded(a) != folded(b) {
+        return (a.into(), b.into());
+    }
+    let escape = |text: &str| -> String {
+        text.chars().map(|c| if c.is_ascii() { c.to_string() } else { format!("{{U+{:04X}}}", c as u32) }).collect()
+    };
+    (escape(a).into(), escape(b).into())
+}
 
 /// Why `part` cannot be one component of a path; `None` if it can.
 pub fn bad_component(part: &str) -> Option<&'static str> {
@@ -45,16 +66,16 @@ pub fn expand(template: &str, element: &str) -> Result<String, String> {
     }
 }
 
-/// Two paths that are one file, or a file and a folder, on a system that ignores case.
+/// Two paths that are one file, or a file and a folder, on a system that ignores case or Unicode's normal forms.
 pub fn collision<'a>(paths: impl Iterator<Item = &'a str> + Clone) -> Option<(&'a str, &'a str)> {
     let mut seen: BTreeMap<String, &str> = BTreeMap::new();
     for path in paths.clone() {
-        if let Some(other) = seen.insert(path.to_lowercase(), path) {
+        if let Some(other) = seen.insert(folded(path), path) {
             return Some((other, path));
         }
     }
     for path in paths {
-        let low = path.to_lowercase();
+        let low = folded(path);
         for (at, _) in low.match_indices('/') {
             if let Some(file) = seen.get(&low[..at]) {
                 return Some((file, path));
@@ -104,5 +125,15 @@ mod tests {
         check(&["x/a", "X/A"], true);
         check(&["x", "x/a"], true);
         check(&["X/a/b", "x/A"], true);
+        check(&["caf\u{e9}", "cafe\u{301}"], true);
+        check(&["caf\u{c9}/x", "Cafe\u{301}"], true);
+        check(&["caf\u{e9}", "cafe"], false);
+    }
+
+    #[test]
+    fn names_that_look_alike_are_spelled_out() {
+        let (a, b) = told_apart("caf\u{e9}.txt", "cafe\u{301}.txt");
+        assert_eq!((&*a, &*b), ("caf{U+00E9}.txt", "cafe{U+0301}.txt"));
+        assert_eq!(told_apart("A", "a"), ("A".into(), "a".into()));
     }
 }

@@ -5,10 +5,14 @@
 //! its writer is gone.
 
 use super::guard::identity;
-use crate::engine::hash::Digest;
+use crate::engine::{
+    cache::lock::{holder, own_name},
+    hash::Digest,
+    temporary,
+};
 use std::{
     fs::{self, File, TryLockError},
-    io::{self, Read as _, Seek as _, Write as _},
+    io::{self, Write as _},
     path::{Path, PathBuf},
     time::{Duration, SystemTime},
 };
@@ -59,22 +63,14 @@ impl FolderLock {
             };
             let mut lock = Self { file, mark };
             // For people who wait; where it cannot be written, they are told less.
-            let _ = lock.sign();
+            let _ = lock.file.write_all(own_name());
             return Ok(Some(lock));
         }
     }
 
-    fn sign(&mut self) -> io::Result<()> {
-        self.file.set_len(0)?;
-        self.file.rewind()?;
-        write!(self.file, "process {}", std::process::id())
-    }
-
-    /// What the holder of the lock says of itself; empty where it says nothing.
+    /// Who holds the lock, as `process 123 on host`.
     pub fn holder(out: &Path, name: &str) -> String {
-        let mut text = String::new();
-        let read = File::open(Self::path(out, name)).and_then(|file| file.take(200).read_to_string(&mut text));
-        if read.is_ok() { text.trim().to_owned() } else { String::new() }
+        holder(&Self::path(out, name))
     }
 
     /// Writes and syncs `data` beside `path`.
@@ -93,7 +89,7 @@ impl FolderLock {
 
     fn create(&self, path: &Path) -> io::Result<(PathBuf, File)> {
         loop {
-            let temporary = path.with_file_name(format!(".{}.{}{END}", self.mark, random()));
+            let temporary = path.with_file_name(format!(".{}.{}{END}", self.mark, temporary::random()));
             match File::create_new(&temporary) {
                 Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
                 other => return Ok((temporary, other?)),
@@ -133,13 +129,6 @@ fn is_old(entry: &fs::DirEntry) -> bool {
     changed.and_then(|at| SystemTime::now().duration_since(at).ok()).is_some_and(|age| age > OLD)
 }
 
-/// A name that no other process gives, in whatever container: the standard library seeds its hashers from the system's
-/// random numbers.
-fn random() -> String {
-    use std::hash::{BuildHasher as _, RandomState};
-    format!("{:016x}", RandomState::new().hash_one(SystemTime::now()))
-}
-
 /// Whether an error says that nothing can be written here.
 pub fn is_read_only(e: &io::Error) -> bool {
     use io::ErrorKind::{PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
@@ -176,9 +165,9 @@ mod tests {
         assert!(
             FolderLock::take(&dir.path().join("../").join(dir.path().file_name().unwrap()), "a").unwrap().is_none()
         );
-        assert_eq!(FolderLock::holder(dir.path(), "a"), format!("process {}", std::process::id()));
+        assert!(FolderLock::holder(dir.path(), "a").starts_with(&format!("process {}", std::process::id())));
         drop(lock);
-        assert_eq!(FolderLock::holder(dir.path(), "a"), "");
+        assert_eq!(fs::read(FolderLock::path(dir.path(), "a")).unwrap(), b"");
         // A lock whose file was deleted is not taken for the new one.
         let lock = FolderLock::take(dir.path(), "a").unwrap().unwrap();
         fs::remove_file(FolderLock::path(dir.path(), "a")).unwrap();

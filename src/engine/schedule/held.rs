@@ -1,11 +1,10 @@
 //! Decoded values that more than one run takes, kept while anyone may still take them and within a share of the
 //! memory budget. What is not held is read again from the cache.
 
-use crate::engine::{hash::Digest, node::Data};
-use std::collections::BTreeMap;
+use crate::engine::{hash::Digest, lookup::DigestMap, node::Data};
 
 pub struct Held {
-    values: BTreeMap<Digest, (Data, u64)>,
+    values: DigestMap<(Data, u64)>,
     bytes: u64,
     most: u64,
 }
@@ -13,7 +12,7 @@ pub struct Held {
 impl Held {
     /// Holds values of at most `most` stored bytes together.
     pub fn new(most: u64) -> Self {
-        Self { values: BTreeMap::new(), bytes: 0, most }
+        Self { values: DigestMap::default(), bytes: 0, most }
     }
 
     pub fn get(&self, hash: &Digest) -> Option<Data> {
@@ -21,7 +20,7 @@ impl Held {
     }
 
     pub fn put(&mut self, hash: Digest, size: u64, data: Data) {
-        if self.bytes + size <= self.most && !self.values.contains_key(&hash) {
+        if self.bytes + size <= self.most && !self.values.contains(&hash) {
             self.bytes += size;
             self.values.insert(hash, (data, size));
         }

@@ -134,6 +134,7 @@ impl Schedule<'_> {
             None => Vec::new(),
         };
         let mut unmet = broken.clone();
+        let mut keys = key::Runs::new(self.nodes[n].fixed);
         for (at, name) in names.into_iter().enumerate() {
             let hit = |b: &Broken| {
                 let mut parts = node.axes.iter().zip(name.split(crate::engine::value::JOIN));
@@ -153,7 +154,7 @@ impl Schedule<'_> {
                 }
             };
             let element = uses_name.then(|| shown(&name));
-            let key = key::run(self.nodes[n].fixed, &binding.hashes(&taken), element.as_deref());
+            let key = keys.key(&binding.hashes(&taken), element.as_deref());
             // The previous map in memory first: an unchanged element costs no look-up.
             let near = before.get(at).filter(|r| *r.name == *name);
             let old = near.or_else(|| before.binary_search_by(|r| (*r.name).cmp(&*name)).ok().map(|i| &before[i]));
@@ -316,6 +317,12 @@ impl Schedule<'_> {
                     // The plan has checked that the output is a relation.
                     let wrong = || EngineError::Again("a relation is of another type".to_owned());
                     relations.insert(hash, data.downcast::<Relation>().map_err(|_| wrong())?);
+                }
+                Err(_) if self.options.dry_run => {
+                    // Its producer would run, and what comes out may be the same.
+                    self.nodes[n].forecast = Some(Forecast::MayRun);
+                    self.finish(n)?;
+                    return Ok(None);
                 }
                 Err(what) => {
                     self.mend(from, &row.name, hash, &what, Waiter::Node(n))?;

@@ -23,7 +23,9 @@ const POLL: Duration = Duration::from_millis(20);
 impl Schedule<'_> {
     /// Starts ready runs in their order while slots and memory last.
     pub(super) fn start_ready(&mut self) -> Result<(), EngineError> {
+        debug_assert!(!self.options.dry_run || self.ready.is_empty(), "a dry run runs nothing");
         while self.running < self.jobs
+            && !self.options.dry_run
             && !self.halted()
             && let Some(id) = self.ready.front().copied()
         {

@@ -1,0 +1,92 @@
+//! What a kind itself says of a node's parameters: whether it takes them, what it doubts, and whether the files that they
+//! name can be what it reads. Of a file only the beginning is read.
+
+use super::{
+    draft::DraftNode,
+    link::KindInfo,
+    problem::Problem,
+    source::Place,
+    value::{self, Values},
+};
+use crate::engine::{
+    key::source_params,
+    node::{Head, ParamError},
+};
+use serde_json::Value;
+use std::{
+    fs::File,
+    io::{self, Read as _},
+    path::Path,
+};
+
+/// Bytes of a file that a kind judges it by.
+const HEAD: u64 = 64 << 10;
+
+/// Where a parameter is given: the knob that holds its value, or the node's own key; and where that knob is used.
+fn place(node: &DraftNode, param: &str, values: &Values) -> (Place, Option<Place>) {
+    let Some(item) = node.get(param) else { return (node.place, None) };
+    match item.value.as_str().and_then(value::reference).and_then(|knob| values.knobs.get(knob)) {
+        Some(knob) => (knob.place, Some(item.place)),
+        None => (item.place, None),
+    }
+}
+
+/// Parameters as the kind itself reads and judges them.
+pub fn judge(
+    name: &str,
+    node: &DraftNode,
+    info: &KindInfo,
+    params: Value,
+    values: &Values,
+    doubts: &mut Vec<(Place, String)>,
+    problems: &mut Vec<Problem>,
+) -> Value {
+    let at = |param: &str, message: String, label: &str| match place(node, param, values) {
+        (place, Some(used)) => Problem::at(place, message, label).also(used, "used here"),
+        (place, None) => Problem::at(place, message, label),
+    };
+    let params = match info.kind.normalise(params) {
+        Ok(params) => params,
+        Err(ParamError::Refused { param, message }) => {
+            let label = if node.get(param).is_some() { "refused" } else { "the default does not fit" };
+            problems.push(at(param, format!("node `{name}`, `{param}`: {message}"), label));
+            return Value::Null;
+        }
+        Err(ParamError::Type(e)) => {
+            let message = format!("node `{name}`: its parameters do not fit together: {e}");
+            problems.push(Problem::at(node.place, message, "these parameters"));
+            return Value::Null;
+        }
+    };
+    for (param, text) in info.kind.doubts(&params) {
+        doubts.push((place(node, param, values).0, format!("node `{name}`, `{param}`: {text}")));
+    }
+    for param in source_params(info.kind.spec()) {
+        let Some(path) = params.get(param).and_then(Value::as_str) else { continue };
+        if path.is_empty() || path.starts_with("builtin:") {
+            continue;
+        }
+        let path = Path::new(path);
+        let judged = head(path).map_err(|e| format!("cannot be read: {e}"));
+        let judged =
+            judged.and_then(|(bytes, whole)| info.kind.check_source(param, path, Head { bytes: &bytes, whole }));
+        if let Err(what) = judged {
+            let file = path.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
+            problems.push(at(param, format!("node `{name}`, `{param}`: `{file}` {what}"), "not what the node reads"));
+        }
+    }
+    params
+}
+
+/// The beginning of a regular file, and whether that is all of it.
+fn head(path: &Path) -> io::Result<(Vec<u8>, bool)> {
+    // Opening anything else may wait for ever.
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(io::Error::other("it is no regular file"));
+    }
+    let mut bytes = Vec::new();
+    File::open(path)?.take(HEAD + 1).read_to_end(&mut bytes)?;
+    let whole = bytes.len() as u64 <= HEAD;
+    bytes.truncate(HEAD as usize);
+    Ok((bytes, whole))
+}
