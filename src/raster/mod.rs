@@ -48,8 +48,6 @@ pub use tile::Tile;
 pub(crate) use camera::Camera;
 pub(crate) use geometry::Cutout;
 #[cfg(feature = "gpu")]
-pub(crate) use geometry::Draw;
-#[cfg(feature = "gpu")]
 pub(crate) use nearest::Samples;
 pub(crate) use patch::Holes;
 pub(crate) use shade::Facet;
