@@ -288,8 +288,12 @@ fn alpha(row: &Row, doubts: &mut Doubts) -> f32 {
         }
         (Some(d), _) => d,
     };
-    if alpha == 0.0 {
-        doubts.add(name, "invisible: d 0");
+    // Blending is drawn as a cutoff at 0.5.
+    match alpha {
+        0.0 => doubts.add(name, "invisible: d 0"),
+        a if a < 0.5 => doubts.add(name, "invisible: d or Tr gives less than half of opacity, and nothing is blended"),
+        a if a < 1.0 => doubts.add(name, "shown opaque: d or Tr gives half of opacity or more, and nothing is blended"),
+        _ => {}
     }
     alpha
 }

@@ -42,9 +42,14 @@ fn objects_materials_and_corners() {
     let files = Memory::of([("d/a.obj", OBJ.as_bytes()), ("d/stuff.mtl", MTL.as_bytes()), ("d/tex ture.png", &png())]);
     let (scene, warnings) = files.load("d/a.obj");
     let scene = scene.unwrap();
-    assert_eq!(warnings.len(), 2, "{warnings:?}");
-    assert_eq!(warnings[0], "d/a.obj: 1 points, lines and curves are left out");
-    assert_eq!(warnings[1], "d/a.obj: materials without a definition, shown white: none such");
+    assert_eq!(
+        warnings,
+        [
+            "d/a.obj: 1 points, lines and curves are left out",
+            "d/stuff.mtl: material `red`: shown opaque: d or Tr gives half of opacity or more, and nothing is blended",
+            "d/a.obj: materials without a definition, shown white: none such",
+        ]
+    );
     let names: Vec<_> = scene.objects.iter().map(|o| (o.name.as_str(), o.parts.len())).collect();
     assert_eq!(names, [("first thing", 2), ("second", 1)]);
     let [white, red] = &scene.objects[0].parts[..] else { panic!() };
@@ -241,16 +246,18 @@ fn materials_look_as_viewers_show_them_or_a_warning_says_why_not() {
     let (m, why) = look("Kd 0 0 0\nmap_Kd t.png\n");
     assert_eq!((m.base_color, m.base_color_texture.is_some()), ([1.0; 4], true));
     assert_eq!(why, "Kd 0 0 0 beside map_Kd; the texture is shown as it is");
+    let opaque = "shown opaque: d or Tr gives half of opacity or more, and nothing is blended";
     for (mtl, alpha, warning) in [
         ("d 1\nTr 0", 1.0, ""),
-        ("Tr 0.25", 0.75, ""),
-        ("d 0.5\nTr 1", 0.5, ""),
+        ("Tr 0.25", 0.75, opaque),
+        ("d 0.5\nTr 1", 0.5, opaque),
         ("Tr 1", 1.0, "Tr 1 without d; shown opaque, as the exporters that write it mean"),
         ("d 1\nTr 1", 1.0, ""),
         ("Tr 1\nd 1", 1.0, ""),
         ("d 0\nTr 0", 1.0, "d 0 says invisible, Tr 0 says opaque; shown opaque"),
         ("d 0\nTr 1", 0.0, "invisible: d 0"),
-        ("d -halo 0.5", 0.5, ""),
+        ("d -halo 0.5", 0.5, opaque),
+        ("d 0.3", 0.3, "invisible: d or Tr gives less than half of opacity, and nothing is blended"),
     ] {
         let (m, why) = look(mtl);
         assert_eq!((m.base_color[3], why.as_str()), (alpha, warning), "{mtl}");
