@@ -194,7 +194,28 @@ fn the_cache_is_looked_after() {
     let verify = farfield(folder.path(), &["cache", "verify"]);
     assert!(verify.code == 0 && verify.out.starts_with("clean: "), "{}{}", verify.out, verify.err);
     let gc = farfield(folder.path(), &["cache", "gc", "--max-size", "1GiB", "--max-age", "30d"]);
-    assert!(gc.code == 0 && gc.out.starts_with("removed 0 runs"), "{}{}", gc.out, gc.err);
+    assert!(gc.code == 0 && gc.out.starts_with("removed 0 results"), "{}{}", gc.out, gc.err);
+    // Each limit works alone, and none is needed.
+    for limits in [&[][..], &["--max-age", "30d"], &["--max-size", "1GiB"]] {
+        let gc = farfield(folder.path(), &[&["cache", "gc"], limits].concat());
+        assert!(gc.code == 0 && gc.out.starts_with("removed 0 results and 0 values"), "{}{}", gc.out, gc.err);
+    }
+    let gc = farfield(folder.path(), &["cache", "gc", "--max-size", "1kB"]);
+    assert!(
+        gc.code == 0 && gc.out.contains("last bake on record needs") && gc.out.contains("--keep-bakes 0"),
+        "{}",
+        gc.out
+    );
+    let gc = farfield(folder.path(), &["cache", "gc", "--max-size", "1kB", "--keep-bakes", "0"]);
+    assert!(gc.code == 0 && gc.out.starts_with("removed 2 results and 2 values"), "{}{}", gc.out, gc.err);
+    let audit = farfield(folder.path(), &["bake", "small.toml"]);
+    assert!(audit.out.contains("2 ran"), "{}", audit.out);
+    let audit = farfield(folder.path(), &["bake", "small.toml", "--audit", "100%"]);
+    assert!(audit.code == 0 && audit.err.contains("audit: 2 hits computed again, all "), "{}{}", audit.out, audit.err);
+    for action in [&["stats"][..], &["verify"], &["gc"]] {
+        let ran = farfield(folder.path(), &[&["cache"], action, &["--cache", "nowhere"]].concat());
+        assert!(ran.code == 0 && ran.out == "nowhere: no cache yet; a bake makes it\n", "{}{}", ran.out, ran.err);
+    }
 }
 
 #[test]
@@ -310,15 +331,17 @@ fn a_scene_that_cannot_be_baked_exits_with_1_and_publishes_nothing() {
 fn a_cache_that_cannot_be_written_is_named() {
     let folder = folder();
     std::fs::create_dir(folder.path().join("cache")).unwrap();
-    // A file in a folder's place stops everyone, root too, for whom permissions do not count.
     std::fs::write(folder.path().join("cache/values"), "").unwrap();
     let ran = farfield(folder.path(), &["bake", "small.toml", "--cache", "cache"]);
     assert!(
-        ran.code == 1 && ran.err.contains("error: cache cache: cannot be made or written ("),
+        ran.code == 2 && ran.err.contains("error: cache cache: it holds `values` and is not"),
         "{}{}",
         ran.out,
         ran.err
     );
+    // A file in a folder's place stops everyone, root too, for whom permissions do not count.
+    let ran = farfield(folder.path(), &["bake", "small.toml", "--cache", "small.toml/cache"]);
+    assert!(ran.code == 1 && ran.err.contains("error: cache small.toml/cache: cannot be "), "{}{}", ran.out, ran.err);
     assert!(!folder.path().join("out").exists());
 }
 

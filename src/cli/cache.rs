@@ -28,12 +28,13 @@ enum Action {
         #[command(flatten)]
         cache: CacheArg,
     },
-    /// Removes what was not used for longest; what recent bakes need stays
+    /// Removes what was not used for longest; what recent bakes need stays. Without a limit, only what nothing leads to
+    /// goes
     Gc {
         #[command(flatten)]
         cache: CacheArg,
         /// Remove the results not used for longest until the values take at most this: 20GiB
-        #[arg(long, value_name = "SIZE", value_parser = bytes, required_unless_present_any = ["max_age", "keep_bakes"])]
+        #[arg(long, value_name = "SIZE", value_parser = bytes)]
         max_size: Option<u64>,
         /// Remove what was not used for so long: 30d
         #[arg(long, value_name = "AGE", value_parser = duration)]
@@ -104,12 +105,12 @@ fn collected(c: &Collected, limits: &Limits) -> String {
     let (runs, values) = (count(c.runs, "result"), count(c.values, "value"));
     out += &format!("removed {runs} and {values} ({}); {} remain\n", show_bytes(c.bytes), show_bytes(c.left_bytes));
     if let Some(max) = limits.max_bytes.filter(|max| c.left_bytes > *max) {
-        let bakes = count(c.kept_bakes, "bake");
-        out += &format!(
-            "that is more than {}: the last {bakes} on record need {}",
-            show_bytes(max),
-            show_bytes(c.kept_bytes)
-        );
+        let bakes = if c.kept_bakes == 1 {
+            "the last bake on record needs".to_owned()
+        } else {
+            format!("the last {} bakes on record need", c.kept_bakes)
+        };
+        out += &format!("that is more than {}: {bakes} {}", show_bytes(max), show_bytes(c.kept_bytes));
         out += if c.living { ", and a bake is at work\n" } else { "\n" };
         if c.kept_bakes > 0 {
             out += "with `--keep-bakes 1` only the last one keeps its results, with `--keep-bakes 0` none; what is missing is \

@@ -320,8 +320,11 @@ fn files(cache: &Path, spared_from: SystemTime, kept: impl Fn(&Digest) -> bool) 
         Ok(())
     };
     Blobs::new(cache).each(|hash, meta, path| if kept(&hash) { Ok(()) } else { remove(path, meta) })?;
-    let folders: [(&str, fn(&str) -> bool); 3] =
-        [("tmp", temporary::is_name), ("bad", Blobs::is_aside), (".", index::is_leftover)];
+    let folders: [(&str, fn(&str) -> bool); 3] = [
+        ("tmp", temporary::is_name),
+        ("bad", Blobs::is_aside),
+        (".", |name| index::is_leftover(name) || temporary::is_name(name)),
+    ];
     for (folder, is_ours) in folders {
         let folder = cache.join(folder);
         // A link in the place of one of our folders leads out of the cache.

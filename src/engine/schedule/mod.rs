@@ -399,8 +399,7 @@ impl<'a> Schedule<'a> {
         roots.chain(self.files_read.iter().cloned()).collect()
     }
 
-    /// Tells of damage that the cache has met.
-    pub fn tell_damage(&mut self) {
+    fn tell_damage(&mut self) {
         for text in std::mem::take(&mut self.cache.warnings) {
             self.warn(None, None, &text);
         }
