@@ -225,6 +225,8 @@ fn a_missed_bound_exits_with_3() {
         let text = format!(
             "[pipeline]\nbase = \"tdm\"\nname = \"judged\"\n[params]\nscene = \"builtin:solids\"\nresolution = 48\n\
              views = 8\n[require.evaluate]\n\"psnr_y_object_db.mean\" = {{ min = {least} }}\n\
+             \"crack_px.ratio\" = {{ max = 1 }}\n\"missing_px.ratio\" = {{ max = 1 }}\n\
+             \"wrong_surface_px.ratio\" = {{ max = 1 }}\n\"lost_detail_px.ratio\" = {{ max = 1 }}\n\
              \"crack_px.total\" = {{ min = 0 }}\n"
         );
         std::fs::write(folder.path().join("judged.toml"), text).unwrap();
@@ -234,19 +236,26 @@ fn a_missed_bound_exits_with_3() {
     let missed = bake(1000.0);
     assert_eq!(missed.code, 3, "{}{}", missed.out, missed.err);
     assert!(missed.out.contains("not met: evaluate: psnr_y_object_db.mean is "), "{}", missed.out);
-    for expect in [
-        " dB, required is at least 1000 (likeness of brightness",
-        "; see out/judged/rejected/",
-        "; to accept it: --require evaluate.psnr_y_object_db.mean=off\ncertificate not met: judged, ",
-        "no bake of judged into out/judged was accepted yet; the rejected results are in out/judged/rejected\n",
-    ] {
-        assert!(missed.out.contains(expect), "{expect}: {}", missed.out);
-    }
+    assert!(missed.out.contains("required at least 1000\n  means: likeness of brightness"), "{}", missed.out);
+    let seen = Path::new("out").join("judged").join("rejected").join("pictures/worst-psnr.png");
+    assert!(missed.out.contains(&format!("  seen in: {}\n", seen.display())), "{}", missed.out);
+    assert!(folder.path().join(seen).is_file());
+    assert!(missed.out.contains("  may help: --set resolution=96 or --set collapse.factor=1.5\n"), "{}", missed.out);
+    assert!(missed.out.contains("  to accept it: --require evaluate.psnr_y_object_db.mean=off\n"), "{}", missed.out);
+    let none = "no bake of judged into out/judged was accepted yet; the rejected results are in out/judged/rejected\n";
+    assert!(missed.out.contains(none), "{}", missed.out);
+    assert!(missed.out.contains("\nrequirements: 5 of 6 met\ncertificate not met: judged, "), "{}", missed.out);
     assert!(rejected.join("tdm.glb").is_file() && rejected.join("certificate.json").is_file());
     assert!(!out.join("tdm.glb").exists());
     let met = bake(1.0);
     assert_eq!(met.code, 0, "{}{}", met.out, met.err);
     assert!(met.out.contains(", 0 ran, "), "a bound is no input: {}", met.out);
+    assert!(met.out.starts_with("verdict: "), "a bake that did nothing says what is there: {}", met.out);
+    assert!(
+        met.out.contains("\n  triangles ") && met.out.contains("\nrequirements: 6 of 6 met\nbaked: judged, "),
+        "{}",
+        met.out
+    );
     assert!(out.join("tdm.glb").is_file() && !rejected.exists());
     let again = bake(1000.0);
     assert!(again.code == 3 && again.out.contains("out/judged still holds the results of the last accepted bake"));

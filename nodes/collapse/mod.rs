@@ -105,7 +105,7 @@ impl Node for Collapse {
         let mesh = &*inputs.mesh;
         let factor = inputs.fitted.and_then(|f| f.0).unwrap_or(params.factor);
         let mesh = match (params.policy, params.triangles) {
-            (Policy::VoxelCover, None) => voxel_cover::simplify(mesh, factor, ctx.stop)?,
+            (Policy::VoxelCover, None) => voxel_cover::simplify_in_steps(mesh, factor, ctx.stop, &ctx.progress)?,
             (Policy::VoxelCover, Some(target)) => {
                 let fitted = fit(&[mesh], target as usize, FACTORS, ctx.stop).map_err(unfit)?;
                 fitted.meshes.into_iter().next().unwrap_or_default()

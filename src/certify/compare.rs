@@ -101,11 +101,14 @@ pub fn compare(
     check(original, stand_in, options)?;
     let sampling = &options.sampling;
     let (shading, words) = shading::choose(options.shading, original, cell, sampling);
+    let samples = options.samples_per_axis;
+    // Samples are shaded in equal squares: an odd number of them one by one.
+    let shades = if samples.is_multiple_of(2) { 2 } else { samples };
     let setting = Setting {
         cell: *cell,
         pixel: sampling.pixel_angle(),
         bound_px: options.bound.value,
-        rendering: Rendering { samples_per_axis: options.samples_per_axis, shading, ..Rendering::default() },
+        rendering: Rendering { samples_per_axis: samples, shades_per_axis: shades, shading, ..Rendering::default() },
     };
     let geometry = Geometry::new(original);
     let stand_in_geometry = Geometry::new(stand_in);

@@ -293,6 +293,19 @@ fn a_stand_in_that_is_heavier_says_so() {
 }
 
 #[test]
+fn any_number_of_samples_is_compared() {
+    let s = one(PLACE, |_, _| true);
+    for samples_per_axis in [1, 2, 3, 5, 6] {
+        let options = Options { samples_per_axis, ..options(2.0) };
+        let context = Context { backend: &Cpu, stop: &Stop::default(), progress: &|_, _| {} };
+        assert_eq!(
+            compare(&s, &s, None, &CELL, &options, context).unwrap().certificate.verdict,
+            Verdict::Indistinguishable
+        );
+    }
+}
+
+#[test]
 fn the_views_that_are_done_are_told() {
     let s = one(PLACE, |_, _| true);
     let most = std::sync::Mutex::new((0, 0));

@@ -75,6 +75,14 @@ impl BackendArgs {
             GpuError::NoAdapter(_) => Exit::say(2, e),
             e => Exit::say(1, e),
         })?;
+        if gpu.info.software {
+            let text = format!(
+                "note: `{}` is a software adapter; it renders on the CPU, and --backend cpu is faster. What it \
+                 or its driver prints on standard error is not farfield's",
+                gpu.info.name
+            );
+            eprintln!("{}", super::terminal::fill(&text));
+        }
         let lazy = Arc::new(gpu::Lazy::with(gpu));
         Ok(Chosen(lazy.clone(), Some(lazy)))
     }

@@ -48,10 +48,24 @@ const ROUNDS: usize = 2;
 
 /// Simplifies `mesh`; boxes of voxels are enlarged by `factor` (at least 1).
 pub fn simplify(mesh: &VoxelMesh, factor: f64, stop: &Stop) -> Result<VoxelMesh, Stopped> {
+    simplify_in_steps(mesh, factor, stop, &|_, _| {})
+}
+
+/// [`simplify`] that tells after each step how many of how many are done.
+pub fn simplify_in_steps(
+    mesh: &VoxelMesh,
+    factor: f64,
+    stop: &Stop,
+    progress: &dyn Fn(u64, u64),
+) -> Result<VoxelMesh, Stopped> {
+    const STEPS: u64 = 1 + 2 * ROUNDS as u64;
     let mut simple = reduce(mesh, factor, stop)?;
-    for _ in 0..ROUNDS {
+    progress(1, STEPS);
+    for round in 0..ROUNDS as u64 {
         simple = reduce(&without_unseen(&simple, stop)?, factor, stop)?;
+        progress(2 + 2 * round, STEPS);
         patch::patch(mesh, &mut simple, factor, stop)?;
+        progress(3 + 2 * round, STEPS);
     }
     Ok(simple)
 }
