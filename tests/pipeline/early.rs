@@ -116,7 +116,7 @@ fn files_that_are_no_scenes_are_refused_with_their_place() {
     #[cfg(unix)]
     if std::process::Command::new("mkfifo").arg(dir.path().join("pipe.glb")).status().is_ok_and(|s| s.success()) {
         let problems = with(&text("pipe.glb"), &[], None, dir.path()).map(|_| ()).unwrap_err();
-        assert!(problems.to_string().contains("a device or a pipe"), "{problems}");
+        assert!(problems.to_string().contains("is a FIFO, expected a regular file"), "{problems}");
     }
     // Suggestions are files that can be meant.
     for name in ["towns.txt", "town.md", "twon.glb"] {

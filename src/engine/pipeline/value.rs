@@ -7,6 +7,7 @@ use super::{
     suggest,
     types::Ty,
 };
+use crate::regular;
 use serde_json::{Map, Number, Value};
 use std::{cell::RefCell, collections::BTreeSet, path::Path};
 use toml::{
@@ -225,12 +226,11 @@ impl<'s> Values<'s> {
         let path = folder.join(&text);
         let shown = path.display();
         let (message, label) = match std::fs::metadata(&path) {
-            Ok(data) if data.is_file() => match path.to_str() {
-                Some(path) => return Some(path.to_owned()),
-                None => (format!("the path `{shown}` is not UTF-8"), "not UTF-8"),
+            Ok(data) => match (regular::check(&data), path.to_str()) {
+                (Ok(()), Some(path)) => return Some(path.to_owned()),
+                (Ok(()), None) => (format!("the path `{shown}` is not UTF-8"), "not UTF-8"),
+                (Err(e), _) => (format!("`{text}` {e}"), "no regular file"),
             },
-            Ok(data) if data.is_dir() => (format!("`{text}` is a folder, expected a file"), "a folder"),
-            Ok(_) => (format!("`{text}` is a device or a pipe, expected a file"), "no regular file"),
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
                 let name = if text.contains(char::is_control) { text.escape_debug().to_string() } else { text.clone() };
                 (format!("no file `{name}`"), "no such file")
