@@ -53,7 +53,7 @@ fn a_second_bake_does_nothing() {
     assert!(folder.path().join(".farfield/cache").is_dir(), "the default cache");
 
     let dry = farfield(folder.path(), &["bake", "small.toml", "--dry-run", "--set", "write.unlit=false"]);
-    assert_eq!((dry.code, dry.out.as_str()), (0, "make   hit\nwrite  runs\n"), "{}", dry.err);
+    assert_eq!((dry.code, dry.out.as_str(), dry.err.as_str()), (0, "make   hit\nwrite  runs\n", ""));
     let second = farfield(folder.path(), &["bake", "small.toml"]);
     assert!(
         second.code == 0 && second.out.starts_with("baked: small, 2 hits, 0 ran, "),

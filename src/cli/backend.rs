@@ -47,7 +47,10 @@ impl Chosen {
     /// Says where the CPU took over.
     pub fn warn(&self) {
         #[cfg(feature = "gpu")]
-        self.1.iter().flat_map(|gpu| gpu.warnings()).for_each(|text| eprintln!("warning: {text}"));
+        self.1
+            .iter()
+            .flat_map(|gpu| gpu.warnings())
+            .for_each(|text| super::terminal::say(format_args!("warning: {text}")));
     }
 }
 
@@ -81,7 +84,7 @@ impl BackendArgs {
                  or its driver prints on standard error is not farfield's",
                 gpu.info.name
             );
-            eprintln!("{}", super::terminal::fill(&text));
+            super::terminal::say(super::terminal::fill(&text));
         }
         let lazy = Arc::new(gpu::Lazy::with(gpu));
         Ok(Chosen(lazy.clone(), Some(lazy)))

@@ -13,7 +13,7 @@ pub struct Args {
 pub fn run(args: &Args, registry: &Registry) -> Done {
     let plan = args.pipeline.load(registry)?;
     for doubt in &plan.doubts {
-        eprintln!("warning: {doubt}");
+        super::terminal::say(super::terminal::fill(&format!("warning: {doubt}")));
     }
     print(&summary(&plan))
 }

@@ -202,7 +202,7 @@ fn load(path: &Path, limits: &Limits, stop: &Stop) -> Result<Scene, Exit> {
         return builtin::make(name, 1)
             .ok_or_else(|| Exit::say(2, format!("there is no built-in scene `{name}`; there are {known}")));
     }
-    let mut warn = |text: String| eprintln!("{}", terminal::fill(&format!("warning: {text}")));
+    let mut warn = |text: String| terminal::say(terminal::fill(&format!("warning: {text}")));
     formats::load_with(path, &DiskFiles, limits, stop, &mut warn)
         .map_err(|e| Exit::say(if stop.is_set() { 130 } else { 1 }, e))
 }

@@ -12,7 +12,7 @@ pub fn stop() -> Result<Stop, Exit> {
         if again.swap(true, Ordering::SeqCst) {
             std::process::exit(130);
         }
-        eprintln!("interrupted: finishing what runs (a second Ctrl-C leaves at once)");
+        super::terminal::say("interrupted: finishing what runs (a second Ctrl-C leaves at once)");
         set.set();
     };
     ctrlc::set_handler(handler).map_err(|e| Exit::say(1, format!("cannot listen for Ctrl-C: {e}")))?;

@@ -71,9 +71,9 @@ impl Exit {
         use std::io::IsTerminal;
         let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
         if colour {
-            eprintln!("\x1b[1;31merror:\x1b[0m {error}");
+            terminal::say(format_args!("\x1b[1;31merror:\x1b[0m {error}"));
         } else {
-            eprintln!("error: {error}");
+            terminal::say(format_args!("error: {error}"));
         }
         Self(code)
     }
@@ -113,8 +113,23 @@ fn knob_hint(arguments: &[OsString], e: &clap::Error) -> Option<String> {
 
 /// Runs the command that the program's arguments name.
 pub fn main() -> ExitCode {
+    quiet_drivers();
     run(std::env::args_os(), &crate::nodes::registry())
 }
+
+/// Mesa's choice of a device asks the window system, whose client prints an error where `XDG_RUNTIME_DIR` is not set, as on build
+/// machines. It finds no window system in a folder of temporary files either, but says nothing.
+#[cfg(target_os = "linux")]
+#[expect(unsafe_code, reason = "the environment is changed before the first thread starts")]
+fn quiet_drivers() {
+    if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+        // SAFETY: the program's only thread reads no environment at this time.
+        unsafe { std::env::set_var("XDG_RUNTIME_DIR", std::env::temp_dir()) };
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn quiet_drivers() {}
 
 /// Runs a command with the kinds of `registry`; the first argument is the program's name. Benchmarks bring trivial kinds.
 pub fn run(arguments: impl Iterator<Item = OsString>, registry: &Registry) -> ExitCode {
@@ -125,7 +140,7 @@ pub fn run(arguments: impl Iterator<Item = OsString>, registry: &Registry) -> Ex
         {
             // Where standard error is closed there is nobody to tell.
             let _ = e.print();
-            eprintln!("{hint}");
+            terminal::say(hint);
             std::process::exit(2);
         }
         e.exit()

@@ -52,7 +52,7 @@ fn report(problems: &Problems) -> Exit {
     let terminal = std::io::stderr().is_terminal();
     let colour = terminal && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
     let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
-    eprint!("{}", problems.render(theme, 110));
+    super::terminal::say(problems.render(theme, 110).trim_end_matches('\n'));
     let count = problems.list.len();
     Exit::say(2, format!("{count} mistake{} in the pipeline; nothing was run", if count == 1 { "" } else { "s" }))
 }

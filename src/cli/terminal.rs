@@ -1,7 +1,7 @@
 //! What is written for people: as wide as their terminal, and bars only where there is one.
 
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 
 /// Columns of the terminal that a stream goes to; `None` where it goes elsewhere: lines of a log are not broken.
 macro_rules! columns {
@@ -33,6 +33,11 @@ fn fill_to(text: &str, width: Option<usize>) -> String {
         textwrap::fill(line, options)
     };
     text.split('\n').map(broken).collect::<Vec<_>>().join("\n")
+}
+
+/// Writes a line to standard error. `eprintln!` panics where its reader has left, which is no failure.
+pub fn say(line: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
 }
 
 /// A bar on the terminal, for `what`; nothing where there is no terminal.

@@ -2,7 +2,7 @@
 
 use super::plain;
 use crate::{
-    cli::terminal::fill,
+    cli::terminal::{fill, say},
     engine::events::{Event, Events},
 };
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
@@ -73,7 +73,7 @@ impl Events for Bars {
         drop(nodes);
         if let Some(line) = plain::line(event) {
             // Above the bars; `println` would be silent where there is no terminal.
-            self.all.suspend(|| eprintln!("{}", fill(&line)));
+            self.all.suspend(|| say(fill(&line)));
         }
     }
 }

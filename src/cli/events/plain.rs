@@ -3,7 +3,7 @@
 use crate::{
     cli::{
         quantity::{show_bytes, show_seconds},
-        terminal::fill,
+        terminal::{fill, say},
     },
     engine::{
         events::{Event, Events},
@@ -39,7 +39,7 @@ impl Events for Plain {
         };
         if let Some(line) = step.or_else(|| line(event)) {
             self.said.set(Instant::now());
-            eprintln!("{}", fill(&line));
+            say(fill(&line));
         }
     }
 }

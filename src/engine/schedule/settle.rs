@@ -314,7 +314,10 @@ impl Schedule<'_> {
         let NodeState { hits, ran: runs, failed, skipped, seconds, .. } = *node;
         node.binding = None;
         let name = self.name(n);
-        self.events.event(&Event::NodeFinished { node: name, hits, runs, failed, skipped, seconds });
+        // The counts of a dry run are those of a bake that would run.
+        if !dry {
+            self.events.event(&Event::NodeFinished { node: name, hits, runs, failed, skipped, seconds });
+        }
         for c in self.nodes[n].consumers.clone() {
             self.nodes[c].waits -= 1;
             if self.nodes[c].waits == 0 {
