@@ -36,6 +36,47 @@ fn aligned_texels_are_the_voxels() {
     }
 }
 
+/// A sheet with a window, three layers in front of another sheet, in one mesh. Hidden or not, what lies behind lends no colour to
+/// what lies before, nor the reverse. The nearest voxels in three dimensions would: pixels count more than layers there.
+#[test]
+fn a_sheet_close_behind_lends_no_colour() {
+    const RED: [u8; 4] = [200, 10, 10, 255];
+    const BLUE: [u8; 4] = [10, 10, 200, 255];
+    let (front, back) = (1, 4);
+    let sheet = |x0: i32, x1: i32, l: i32| {
+        [[x0 * 4 + 1, 81, l], [x0 * 4 + 1, 159, l], [x1 * 4 - 1, 159, l], [x1 * 4 - 1, 81, l]]
+    };
+    let vertices = [sheet(10, 26, front), sheet(34, 50, front), sheet(10, 50, back)].concat();
+    let faces = (0..3).flat_map(|s| [[s * 4, s * 4 + 1, s * 4 + 2], [s * 4, s * 4 + 2, s * 4 + 3]]).collect();
+    let columns = |l: i32| (10..50u16).filter(move |x| l == back || !(26..34).contains(x));
+    let places =
+        [front, back].into_iter().flat_map(|l| columns(l).flat_map(move |x| (20..40).map(move |y| [x, y, l as u16])));
+    let mut mesh = testing::mesh(vertices, faces, places);
+    let mut voxels = mesh.voxels.to_vec();
+    for v in &mut voxels {
+        v.color = if i32::from(v.layer) == front { RED } else { BLUE };
+    }
+    mesh.voxels = voxels.into();
+    let at = DVec3::new(20.5, 30.5, f64::from(front));
+    let (nearest, _) = Source::new(&mesh.voxels).sample(at, charts::Axis::Layer.weight(), 4);
+    assert!(nearest != RED, "the nearest voxels alone would decide wrongly: {nearest:?}");
+    let m = run(&mesh, &Settings::default());
+    // The sheets' charts by the depth of their vertices.
+    let depth = |chart: u32| {
+        let corner = (0..m.triangles.len()).find(|t| m.chart_of[*t] == chart).map(|t| m.triangles[t][0]).unwrap();
+        -m.positions[corner as usize][2]
+    };
+    let nearest = (0..m.chart_size.len() as u32).map(depth).fold(f32::INFINITY, f32::min);
+    for (chart, (start, [w, h])) in chart_starts(&m).into_iter().enumerate() {
+        let expect = if depth(chart as u32) < nearest + 1.0 { RED } else { BLUE };
+        // At the outline of a sheet a texel may mix with what lies beside it; the margin continues the outline.
+        let inside = (0..w * h).filter(|i| (3..w - 3).contains(&(i % w)) && (3..h - 3).contains(&(i / w)));
+        let wrong: Vec<_> = inside.map(|i| m.color[start + i as usize]).filter(|c| *c != expect).collect();
+        assert!(wrong.is_empty(), "chart {chart}: {} texels of {w} × {h}, such as {:?}", wrong.len(), wrong[0]);
+    }
+    assert!(m.color.contains(&RED) && m.color.contains(&BLUE));
+}
+
 /// A wall seen edge-on from the centre gets texels along its depth, with the voxels' colours in order.
 #[test]
 fn walls_have_texels_along_their_depth() {
