@@ -116,7 +116,7 @@ pub struct Evaluate;
 
 impl Node for Evaluate {
     const KIND: &'static str = "evaluate";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     /// FLIP is C++.
     const NATIVE: bool = true;
     type Params = Params;

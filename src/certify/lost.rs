@@ -2,7 +2,8 @@
 //!
 //! A method may displace outlines by its bound E, so single pixels near edges prove nothing: a wire that moved by one pixel is
 //! missing wherever it was. A covered pixel of the original is *lost* only if
-//! - it is not right itself,
+//! - the stand-in shows nothing there or what lies behind (where it shows something in front, such as a leaf of a tree that became
+//!   fuller, nothing is seen to be gone: those pixels are counted as in front),
 //! - no pixel within E shows the stand-in at the same depth, within the bound as an angle (see [`super::parallax`]), and
 //! - no pixel within E, reached over the same continuous surface of the original, is right. (A steep surface has
 //!   another depth in every pixel, so the second condition alone would find rows of it that merely moved.)
@@ -39,7 +40,8 @@ pub fn lost(original: &Surfaces, stand_in: &Surfaces, class: &[Class], edges: &[
         });
         !found && !nearby.any(p, radius * radius, right)
     };
-    (0..class.len()).map(|p| original.covered(p) && class[p] != Class::Right && is_lost(p)).collect()
+    let gone = |p: usize| matches!(class[p], Class::Missing | Class::WrongSurface);
+    (0..class.len()).map(|p| gone(p) && is_lost(p)).collect()
 }
 
 #[cfg(test)]
@@ -104,7 +106,9 @@ mod tests {
         // Before a wall the loss shows as a wrong surface.
         let before = depths(|x, _| if x == 5 { 2.0 } else { 40.0 });
         assert_eq!(count(&before, &depths(|_, _| 40.0), &steps(&before), 2), N);
-        // Something else at another depth stands in its place.
+        // What stands before it hides it.
+        assert_eq!(count(&original, &depths(|x, _| if x == 5 { 1.2 } else { FAR }), &edges, 2), 0);
+        // Something else behind stands in its place.
         assert_eq!(count(&original, &depths(|x, _| if x == 5 { 40.0 } else { FAR }), &edges, 2), N);
     }
 
@@ -164,7 +168,7 @@ mod tests {
                     if y > 0 { step(edges[i - N] & BELOW == 0, i - N) }
                 }
                 let expect = a[p].is_finite()
-                    && class[p] != Class::Right
+                    && [Class::Missing, Class::WrongSurface].contains(&class[p])
                     && !(0..N * N).any(|q| near(p, q) && same(q))
                     && !reached.iter().any(|q| a[*q].is_finite() && class[*q] == Class::Right);
                 prop_assert_eq!(found[p], expect, "pixel {}", p);
