@@ -28,13 +28,12 @@ enum Action {
         #[command(flatten)]
         cache: CacheArg,
     },
-    /// Removes what was not used for longest; what recent bakes need stays. Without a limit, only what nothing leads to
-    /// goes
+    /// Removes what was not used for longest; what recent bakes need stays. Any of the limits will do
     Gc {
         #[command(flatten)]
         cache: CacheArg,
         /// Remove the results not used for longest until the values take at most this: 20GiB
-        #[arg(long, value_name = "SIZE", value_parser = bytes)]
+        #[arg(long, value_name = "SIZE", value_parser = bytes, required_unless_present_any = ["max_age", "keep_bakes"])]
         max_size: Option<u64>,
         /// Remove what was not used for so long: 30d
         #[arg(long, value_name = "AGE", value_parser = duration)]

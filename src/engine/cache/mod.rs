@@ -302,9 +302,10 @@ impl Drop for Cache {
     }
 }
 
-/// A hash as it lies in a column; another where the column is damaged.
+/// A hash as it lies in a column; one that nothing has where the column is damaged. That is not zero, which is the
+/// variant of a run that read no files.
 fn digest(column: ValueRef) -> Digest {
-    blob_of(column).try_into().map(Digest).unwrap_or_default()
+    blob_of(column).try_into().map_or(Digest([0xff; 32]), Digest)
 }
 
 /// The bytes in a column. What is of another type is damaged and counts as no bytes: no checksum and no hash fits those.

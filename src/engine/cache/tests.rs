@@ -1,5 +1,5 @@
 //! Damage to the index: whatever bit is flipped, nothing is read that was not stored under the same key, and no damage
-//! lasts. `FARFIELD_FLIPS=8` flips every bit of the file; fewer bits of every byte by default.
+//! lasts. `FARFIELD_FLIPS=8` flips every bit of the file; two bits of every byte by default.
 
 use super::*;
 use crate::engine::{
@@ -93,19 +93,18 @@ fn fill(root: &Path) -> Known {
 }
 
 /// Reads all that is known, then writes. Gives how much is missing. Nothing may differ.
-fn read_and_write(root: &Path, known: &Known) -> Result<usize, EngineError> {
+fn read_and_write(root: &Path, known: &Known, place: &str) -> Result<usize, EngineError> {
     let mut cache = Cache::open(root, true)?;
     let mut missing = 0;
     let mut same = |found: Option<bool>, what: &str| match found {
-        Some(same) => assert!(same, "another {what} than was stored"),
+        Some(same) => assert!(same, "{place}: another {what} than was stored"),
         None => missing += 1,
     };
     for (key, run) in &known.runs {
         let found = cache.runs(key)?;
-        same(
-            found.first().map(|(variant, record)| found.len() == 1 && **record == *run && *variant == run.variant()),
-            "run",
-        );
+        // A damaged index may not find a row, so that a second one like it is stored.
+        let equal = found.iter().all(|(variant, record)| **record == *run && *variant == run.variant());
+        same((!found.is_empty()).then_some(equal), "run");
     }
     for (key, map) in &known.maps {
         same(cache.map(key)?.map(|found| found == *map), "map");
@@ -123,11 +122,11 @@ fn read_and_write(root: &Path, known: &Known) -> Result<usize, EngineError> {
     }
     for (path, hash) in &known.files {
         let found = cache.hash_file(path).unwrap();
-        assert_eq!(found, Some((*hash, 1)), "the hash of a file");
+        assert_eq!(found, Some((*hash, 1)), "{place}: the hash of a file");
     }
     let bakes = cache.bakes(PIPELINE, FOLDER, 10)?.records;
     same((bakes.len() == known.bakes.len()).then_some(true), "bake");
-    assert!(bakes.iter().all(|bake| known.bakes.contains(bake)), "another bake than was stored");
+    assert!(bakes.iter().all(|bake| known.bakes.contains(bake)), "{place}: another bake than was stored");
 
     let (key, run) = &known.runs[0];
     cache.set_aside(&known.values[0])?;
@@ -143,7 +142,7 @@ fn read_and_write(root: &Path, known: &Known) -> Result<usize, EngineError> {
 /// As a bake does it: damage is set aside, and what follows works.
 fn survives(root: &Path, known: &Known, what: &str) -> usize {
     for attempt in 0..3 {
-        match read_and_write(root, known) {
+        match read_and_write(root, known, what) {
             Ok(missing) => return missing,
             Err(EngineError::Damaged { .. }) => index::set_aside(root, attempt > 0).unwrap(),
             Err(e) => panic!("{what}: {e}"),
@@ -161,7 +160,7 @@ fn restore(root: &Path, bytes: &[u8]) {
 
 #[test]
 fn no_flipped_bit_gives_another_result_or_lasts() {
-    let bits: usize = std::env::var("FARFIELD_FLIPS").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
+    let bits: usize = std::env::var("FARFIELD_FLIPS").ok().and_then(|n| n.parse().ok()).unwrap_or(2);
     let dir = tempfile::tempdir().unwrap();
     let known = fill(dir.path());
     let good = fs::read(index::path(&dir.path().join("cache"))).unwrap();
@@ -182,8 +181,8 @@ fn no_flipped_bit_gives_another_result_or_lasts() {
                         restore(&root, &bad);
                         let what = format!("bit {bit} of byte {at}");
                         survives(&root, known, &what);
-                        let mut cache = Cache::open(&root, true).unwrap_or_else(|e| panic!("{what}, later: {e}"));
-                        cache.runs(&known.runs[0].0).unwrap_or_else(|e| panic!("{what}, later: {e}"));
+                        // Damage where nothing was read or written at first is met and cured later.
+                        survives(&root, known, &format!("{what}, later"));
                     }
                 }
             });
