@@ -101,6 +101,7 @@ fn mistakes_exit_with_2_and_run_nothing() {
         (&["check", "small.toml", "--resolution=512"], "--set resolution=512"),
         (&["bake", "small.toml", "--name", "a/b"], "no name for a pipeline"),
         (&["nodes", "make-scnee"], "did you mean `make-scene`?"),
+        (&["cache", "gc"], "--max-size"),
         (&["cache", "gc", "--max-size", "lots"], "4GiB"),
     ] {
         let ran = farfield(folder.path(), args);

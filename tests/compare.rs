@@ -51,7 +51,7 @@ fn wrong_arguments_exit_with_2_and_say_what_was_expected() {
     std::fs::create_dir(folder.path().join("sub")).unwrap();
     for (args, expect) in [
         (with(&["absent.glb", "builtin:car"]), "absent.glb: there is no such file"),
-        (with(&["builtin:car", "sub"]), "sub: it is a folder"),
+        (with(&["builtin:car", "sub"]), "sub: is a folder, expected a regular file"),
         (with(&["builtin:car", "builtin:car", "--ceiling", "absent.ply"]), "absent.ply"),
         (with(&["builtin:cra", "builtin:car"]), "there is no built-in scene `cra`"),
         (vec!["builtin:car", "builtin:car", "--cell=1,2,3"], "expected six numbers"),

@@ -179,12 +179,15 @@ fn figures(comparison: &Comparison) -> String {
 
 /// A path that leads to no file is a wrong argument.
 fn exists(path: &Path) -> Done {
-    let builtin = path.to_str().is_some_and(|p| p.starts_with("builtin:"));
-    if builtin || path.is_file() {
+    if path.to_str().is_some_and(|p| p.starts_with("builtin:")) {
         return Ok(());
     }
-    let what = if path.is_dir() { "it is a folder; expected a scene file" } else { "there is no such file" };
-    Err(Exit::say(2, format!("{}: {what}", path.display())))
+    let found = std::fs::metadata(path).and_then(|meta| regular::check(&meta));
+    found.map_err(|e| {
+        let what =
+            if e.kind() == std::io::ErrorKind::NotFound { "there is no such file".into() } else { e.to_string() };
+        Exit::say(2, format!("{}: {what}", path.display()))
+    })
 }
 
 fn exit_code(error: &CompareError) -> u8 {

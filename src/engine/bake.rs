@@ -51,8 +51,9 @@ pub struct Options {
 impl Options {
     pub fn new(cache: impl Into<PathBuf>, out: impl Into<PathBuf>) -> Self {
         Self {
-            cache: cache.into(),
-            out: out.into(),
+            // `create_dir_all` cannot make `new/.`; the components of it are those of `new`.
+            cache: cache.into().components().collect(),
+            out: out.into().components().collect(),
             jobs: 0,
             memory: 0,
             only: Vec::new(),

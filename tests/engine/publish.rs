@@ -369,15 +369,17 @@ fn bakes_with_different_caches_never_mix_files() {
             Command::new(std::env::current_exe().unwrap())
                 .args(["--exact", "publish::child"])
                 .env(CHILD, format!("{value} {} {}", cache.display(), out.display()))
+                .arg("--nocapture")
                 .stdout(Stdio::null())
-                .stderr(Stdio::null())
+                .stderr(Stdio::piped())
                 .spawn()
                 .unwrap()
         };
         fs::create_dir_all(t.path("x")).unwrap();
         let children: Vec<_> = (0..3).map(|i| start((round + i) % 3)).collect();
-        for mut child in children {
-            assert!(child.wait().unwrap().success(), "round {round}");
+        for child in children {
+            let ran = child.wait_with_output().unwrap();
+            assert!(ran.status.success(), "round {round}: {}", String::from_utf8_lossy(&ran.stderr));
         }
         let found = expected.iter().position(|e| *e == tree(&t.path("out/test")));
         last.insert(found.unwrap_or_else(|| panic!("round {round}: mixed {:?}", tree(&t.path("out/test")).keys())));

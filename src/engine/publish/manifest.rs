@@ -91,8 +91,9 @@ pub struct Ours {
 
 impl Ours {
     pub fn read(folder: &Path) -> Self {
-        let manifest = Found::read(&folder.join(MANIFEST));
+        // In this order: a publication under way removes its list when the manifest is there.
         let pending = Found::read(&folder.join(PENDING)).ours();
+        let manifest = Found::read(&folder.join(MANIFEST));
         Self { manifest, pending }
     }
 

@@ -204,7 +204,8 @@ impl Folder<'_> {
             no_links(self.root, &full)?;
             self.spare(&full)?;
             if ![RUN, MANIFEST].contains(&path) && known(path).is_none_or(|hash| !is(cache, &full, hash)) {
-                self.replaceable(path, &ours)?;
+                // Another bake may have published it since the lists were read; no lock is held here.
+                self.replaceable(path, &ours).or_else(|_| self.replaceable(path, &Ours::read(self.path)))?;
             }
         }
         if matches!(ours.manifest, Found::Foreign) && !self.overwrite {
