@@ -81,7 +81,7 @@ const FLIP_VIEWS: usize = 8;
 /// What a comparison works with.
 #[derive(Clone, Copy)]
 pub struct Context<'a> {
-    /// Who renders.
+    /// The back end that renders.
     pub backend: &'a dyn Backend,
     pub stop: &'a Stop,
     /// Is told how many of how many views are done, from any thread.

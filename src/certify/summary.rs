@@ -12,7 +12,7 @@ pub fn lines(c: &Certificate) -> Vec<String> {
             arrow("texels", c.original_texels, c.texels),
         ]
         .join(", "),
-        format!("memory of a renderer {} → {}", bytes(c.original_memory_bytes), bytes(c.memory_bytes)),
+        format!("uncompressed geometry and textures {} → {}", bytes(c.original_memory_bytes), bytes(c.memory_bytes)),
     ];
     if c.bytes > 0 {
         lines[1] += &format!(", file {}", bytes(c.bytes));

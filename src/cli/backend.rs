@@ -7,10 +7,10 @@ use crate::{
 };
 use std::sync::Arc;
 
-/// Who renders
+/// Which back end renders
 #[derive(clap::Args)]
 pub struct BackendArgs {
-    /// Who renders; results are the same, bit for bit
+    /// Which back end renders; results are the same, bit for bit
     #[arg(long, value_enum, default_value_t = Which::Auto)]
     backend: Which,
     /// Render on the first adapter whose name contains this (see `farfield devices`); implies --backend gpu

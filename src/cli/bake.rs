@@ -54,7 +54,7 @@ pub struct Args {
     /// Recompute this share of the hits and compare bytes: 5%
     #[arg(long, value_name = "SHARE", value_parser = share)]
     audit: Option<f64>,
-    /// How to tell of progress [default: bars on a terminal, else plain]
+    /// How progress is reported [default: bars on a terminal, else plain]
     #[arg(long, value_enum)]
     events: Option<Style>,
     /// Write a trace that chrome://tracing and Perfetto show

@@ -9,7 +9,7 @@ use super::{
 use crate::engine::cache::{self, Collected, Limits};
 use std::time::Duration;
 
-/// Looks after the cache
+/// Shows, verifies and shrinks the cache
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -18,24 +18,24 @@ pub struct Args {
 
 #[derive(clap::Subcommand)]
 enum Action {
-    /// Says what the cache holds
+    /// Shows what the cache holds
     Stats {
         #[command(flatten)]
         cache: CacheArg,
     },
-    /// Checks the index and compares every value with its hash; what is bad is set aside and will be computed again
+    /// Checks the index and compares every value with its hash; damaged values are set aside and will be recomputed
     Verify {
         #[command(flatten)]
         cache: CacheArg,
     },
-    /// Removes what was not used for longest; what recent bakes need stays. Any of the limits will do
+    /// Evicts the least recently used results, except those that recent bakes need. At least one limit is needed
     Gc {
         #[command(flatten)]
         cache: CacheArg,
-        /// Remove the results not used for longest until the values take at most this: 20GiB
+        /// Evict the least recently used results until the values take at most this: 20GiB
         #[arg(long, value_name = "SIZE", value_parser = bytes, required_unless_present_any = ["max_age", "keep_bakes"])]
         max_size: Option<u64>,
-        /// Remove what was not used for so long: 30d
+        /// Evict results that were not used for this long: 30d
         #[arg(long, value_name = "AGE", value_parser = duration)]
         max_age: Option<Duration>,
         /// Keep only the records of the last N bakes, over all pipelines, and what they need [default: all records, and what the last 20 need]

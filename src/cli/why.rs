@@ -4,7 +4,7 @@ use super::{Done, folders::CacheArg, pipeline::PipelineArgs, print};
 use crate::engine::{bake::Options, node::Registry, why::why};
 use std::path::PathBuf;
 
-/// Tells why a node, or one of its elements, ran when it last did
+/// Explains why a node, or one of its elements, last ran
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]

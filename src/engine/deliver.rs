@@ -7,7 +7,7 @@ use super::{
     hash::Digest,
     node::PortSpec,
     plan::{File, OutputRef, Plan},
-    publish::{self, Folder, FolderLock, Manifest, Publication, Wanted, guard::Guard, is_read_only, names},
+    publish::{self, Folder, FolderLock, Manifest, NOTE, Publication, Wanted, guard::Guard, is_read_only, names},
     record::{BakeRecord, Measured, PublishedFile},
     require,
     schedule::Schedule,
@@ -251,7 +251,7 @@ fn run_json(report: &Report) -> Vec<u8> {
     let (seconds, hits, runs) = (json!(report.seconds), report.hits(), report.runs());
     let peak = json!(report.peak_memory);
     let mut out = format!(
-        "{{\n  \"outcome\": \"{outcome}\",\n  \"seconds\": {seconds},\n  \"peak_memory_bytes\": {peak},\n  \
+        "{NOTE}{outcome}\",\n  \"seconds\": {seconds},\n  \"peak_memory_bytes\": {peak},\n  \
          \"hits\": {hits},\n  \"runs\": {runs},\n  \"nodes\": {{"
     );
     for (i, NodeReport { name, hits, runs, seconds, .. }) in report.nodes.iter().enumerate() {

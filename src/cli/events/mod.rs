@@ -8,7 +8,7 @@ mod plain;
 use crate::engine::events::Events;
 use std::io::IsTerminal;
 
-/// How to tell.
+/// How progress is reported.
 #[derive(Clone, Copy, clap::ValueEnum)]
 pub enum Style {
     /// A line per node

@@ -1,6 +1,6 @@
 //! The sweep: removes results that were not used for long, or the oldest until the cache is small enough. It keeps
 //! whatever the last bake records lead to and whatever a living bake has stored or used, and decides in one write
-//! transaction. Files go after that: a sweep that is killed in between leaves files that nothing leads to, and the next
+//! transaction. Files go after that: a sweep that is killed in between leaves unreferenced files, and the next
 //! one removes them. It deletes plain files with names of ours only, and follows no link.
 
 use super::{
@@ -90,7 +90,7 @@ pub(super) fn values_of(outputs: &[PortOut]) -> impl Iterator<Item = Digest> {
     })
 }
 
-/// Removes what `limits` do not let the cache keep, and whatever nothing leads to. `None` where there is no cache.
+/// Removes what `limits` do not let the cache keep, and unreferenced values. `None` where there is no cache.
 pub fn gc(cache: &Path, limits: &Limits) -> Result<Option<Collected>, EngineError> {
     let damaged = match sweep(cache, limits) {
         Err(EngineError::Damaged { what, .. }) => what,
@@ -304,7 +304,7 @@ fn delete(db: &Index, sweep: &Sweep, removed: &[Candidate]) -> rusqlite::Result<
     Ok(inline)
 }
 
-/// Removes the files of values that nothing leads to, and what killed processes and damage left, unless it was
+/// Removes the files of unreferenced values, and what killed processes and damage left, unless it was
 /// changed since `spared_from`. Gives their bytes.
 fn files(cache: &Path, spared_from: SystemTime, kept: impl Fn(&Digest) -> bool) -> io::Result<u64> {
     let mut bytes = 0;
