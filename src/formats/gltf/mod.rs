@@ -63,9 +63,15 @@ fn check_version(file: &Path, root: &schema::Root) -> Result<(), FormatError> {
     Err(FormatError::invalid(file, "asset", format!("version `{needs}`; this reader knows glTF 2.0")))
 }
 
+/// Extensions that change light, gloss or metadata, but neither shape nor base colour.
+const HARMLESS: [&str; 6] =
+    ["KHR_materials_", "KHR_lights_", "EXT_lights_", "KHR_animation_pointer", "KHR_audio", "KHR_xmp"];
+
 fn extensions(loader: &mut Loader, file: &Path, root: &schema::Root) -> Result<(), FormatError> {
     let unknown = |list: &[String]| list.iter().filter(|e| !KNOWN.contains(&e.as_str())).cloned().collect::<Vec<_>>();
-    let required = unknown(&root.extensions_required);
+    let mut required = unknown(&root.extensions_required);
+    // They are named with those that are only used, which they have to be too.
+    required.retain(|e| !HARMLESS.iter().any(|h| e.starts_with(h)));
     if !required.is_empty() {
         let what = format!("{} cannot be read; export the file without", required.join(", "));
         return Err(FormatError::invalid(file, "extensionsRequired", what));

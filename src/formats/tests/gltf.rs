@@ -110,6 +110,10 @@ fn lines_and_unknown_extensions_are_warnings() {
     let (_, warnings) =
         changed("/extensionsUsed", json!(["KHR_lights_punctual", "KHR_materials_unlit"])).load("d/a.gltf");
     assert_eq!(warnings, ["d/a.gltf: ignores KHR_lights_punctual"]);
+    // What shows the same shape and base colour without it may even be required.
+    let (scene, _) =
+        changed("/extensionsRequired", json!(["KHR_lights_punctual", "KHR_materials_ior"])).load("d/a.gltf");
+    assert_eq!(scene.unwrap().objects.len(), 1);
 }
 
 #[test]
