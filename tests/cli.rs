@@ -83,6 +83,19 @@ fn events_as_json_are_a_line_each() {
     assert!(folder.path().join("there/small/scene.glb").is_file() && folder.path().join("kept").is_dir());
 }
 
+/// Whoever reads standard error may leave: `farfield … 2>&1 | head`.
+#[test]
+fn a_reader_that_leaves_changes_no_exit_code() {
+    let folder = folder();
+    for (args, code) in [(&["bake", "tmd"][..], 2), (&["bake", "small.toml"], 0), (&["compare", "a", "b"], 2)] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_farfield"));
+        command.args(args).current_dir(folder.path()).env_remove("FARFIELD_CACHE").stderr(std::process::Stdio::piped());
+        let mut child = command.stdout(std::process::Stdio::null()).spawn().unwrap();
+        drop(child.stderr.take());
+        assert_eq!(child.wait().unwrap().code(), Some(code), "{args:?}");
+    }
+}
+
 #[test]
 fn mistakes_exit_with_2_and_run_nothing() {
     let folder = folder();
