@@ -13,7 +13,7 @@ use super::{
     schedule::Schedule,
 };
 use crate::{
-    engine::cache::{Cache, lock::PATIENCE},
+    engine::cache::{Cache, lock},
     math::Stop,
 };
 use serde_json::json;
@@ -22,7 +22,7 @@ use std::{
     fmt::Write as _,
     path::{Path, PathBuf},
     sync::Arc,
-    time::{Duration, Instant, SystemTime},
+    time::SystemTime,
 };
 
 /// The folder of results that missed a bound, below the pipeline's.
@@ -226,22 +226,14 @@ fn folder_lock(
     name: &str,
     stop: &Stop,
 ) -> Result<Option<FolderLock>, EngineError> {
-    let began = Instant::now();
-    let mut told = false;
-    loop {
-        match FolderLock::take(out, name) {
-            Ok(Some(lock)) => return Ok(Some(lock)),
-            Ok(None) => {}
-            Err(e) if is_read_only(&e) => return Ok(None),
-            Err(e) => return Err(EngineError::publish(&FolderLock::path(out, name), e)),
-        }
-        stop.check().map_err(|_| EngineError::Interrupted)?;
-        if !told && began.elapsed() > PATIENCE {
-            told = true;
-            let what = format!("the output folder {}", out.join(name).display());
-            schedule.events.event(&Event::Waiting { what: &what, holder: &FolderLock::holder(out, name) });
-        }
-        std::thread::sleep(Duration::from_millis(20));
+    let (path, events) = (FolderLock::path(out, name), schedule.events);
+    let what = format!("the output folder {}", out.join(name).display());
+    let waiting = |holder: &str| events.event(&Event::Waiting { what: &what, holder });
+    match lock::wait(&path, stop, || FolderLock::take(out, name), waiting) {
+        Ok(Some(lock)) => Ok(Some(lock)),
+        Ok(None) => Err(EngineError::Interrupted),
+        Err(e) if is_read_only(&e) => Ok(None),
+        Err(e) => Err(EngineError::publish(&path, e)),
     }
 }
 
@@ -277,7 +269,7 @@ mod tests {
             (4_102_444_800, "2100-01-01 00:00 UTC"),
             (4_107_542_400, "2100-03-01 00:00 UTC"),
         ] {
-            assert_eq!(day(SystemTime::UNIX_EPOCH + Duration::from_secs(seconds)), expect);
+            assert_eq!(day(SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(seconds)), expect);
         }
     }
 }

@@ -3,6 +3,27 @@
 use crate::scene::Mesh;
 use glam::{Vec3, Vec4};
 
+/// Faces that are not as they should be: how many, and where the first stands, by its line or its number.
+#[derive(Default)]
+pub(super) struct Left {
+    pub count: u64,
+    pub first: u64,
+}
+
+impl Left {
+    pub fn add(&mut self, at: u64) {
+        if self.count == 0 {
+            self.first = at;
+        }
+        self.count += 1;
+    }
+}
+
+/// Why faces are left out.
+pub(super) const BEYOND: &str = "with a vertex number that does not exist";
+pub(super) const BROKEN: &str = "with a corner that is no finite number";
+pub(super) const FLAT: &str = "without area";
+
 /// Checks and tidies what a file gave: `Err((place, what))` where an index leaves the mesh or a number is not finite.
 /// Directions that cannot be normalised are taken from the faces around.
 pub(super) fn finish(mut mesh: Mesh) -> Result<Mesh, (String, String)> {

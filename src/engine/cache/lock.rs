@@ -51,25 +51,30 @@ impl Lock {
             Err(TryLockError::Error(e)) => Err(e),
         }
     }
+}
 
-    /// Takes the lock at `path`, however long another holds it; `None` if `stop` is set first. After a second of
-    /// waiting, `waiting` is called once with the holder's name.
-    pub fn wait(path: &Path, stop: &Stop, mut waiting: impl FnMut(&str)) -> io::Result<Option<Self>> {
-        let began = Instant::now();
-        let mut told = false;
-        loop {
-            if let Some(lock) = Self::take(path)? {
-                return Ok(Some(lock));
-            }
-            if stop.is_set() {
-                return Ok(None);
-            }
-            if !told && began.elapsed() >= PATIENCE {
-                told = true;
-                waiting(&holder(path));
-            }
-            std::thread::sleep(POLL);
+/// What `take` gives, however long another process holds the lock at `path`; `None` if `stop` is set first. After a second of
+/// waiting, `waiting` is called once with the holder's name.
+pub fn wait<T>(
+    path: &Path,
+    stop: &Stop,
+    mut take: impl FnMut() -> io::Result<Option<T>>,
+    mut waiting: impl FnMut(&str),
+) -> io::Result<Option<T>> {
+    let began = Instant::now();
+    let mut told = false;
+    loop {
+        if let Some(lock) = take()? {
+            return Ok(Some(lock));
         }
+        if stop.is_set() {
+            return Ok(None);
+        }
+        if !told && began.elapsed() >= PATIENCE {
+            told = true;
+            waiting(&holder(path));
+        }
+        std::thread::sleep(POLL);
     }
 }
 
@@ -202,14 +207,14 @@ mod tests {
                 std::thread::sleep(PATIENCE * 2);
                 drop(held);
             });
-            Lock::wait(&path, &Stop::default(), |holder| told.push(holder.to_owned())).unwrap()
+            wait(&path, &Stop::default(), || Lock::take(&path), |holder| told.push(holder.to_owned())).unwrap()
         });
         assert!(lock.is_some());
         assert_eq!(told.len(), 1);
         assert!(told[0].starts_with(&format!("process {}", std::process::id())), "{told:?}");
         let stopped = Stop::default();
         stopped.set();
-        assert!(Lock::wait(&path, &stopped, |_| {}).unwrap().is_none(), "a stop ends the waiting");
+        assert!(wait(&path, &stopped, || Lock::take(&path), |_| {}).unwrap().is_none(), "a stop ends the waiting");
     }
 
     #[test]

@@ -5,11 +5,7 @@
 //! its writer is gone.
 
 use super::guard::identity;
-use crate::engine::{
-    cache::lock::{holder, own_name},
-    hash::Digest,
-    temporary,
-};
+use crate::engine::{cache::lock::own_name, hash::Digest, temporary};
 use std::{
     fs::{self, File, TryLockError},
     io::{self, Write as _},
@@ -66,11 +62,6 @@ impl FolderLock {
             let _ = lock.file.write_all(own_name());
             return Ok(Some(lock));
         }
-    }
-
-    /// Who holds the lock, as `process 123 on host`.
-    pub fn holder(out: &Path, name: &str) -> String {
-        holder(&Self::path(out, name))
     }
 
     /// Writes and syncs `data` beside `path`.
@@ -165,7 +156,10 @@ mod tests {
         assert!(
             FolderLock::take(&dir.path().join("../").join(dir.path().file_name().unwrap()), "a").unwrap().is_none()
         );
-        assert!(FolderLock::holder(dir.path(), "a").starts_with(&format!("process {}", std::process::id())));
+        assert!(
+            crate::engine::cache::lock::holder(&FolderLock::path(dir.path(), "a"))
+                .starts_with(&format!("process {}", std::process::id()))
+        );
         drop(lock);
         assert_eq!(fs::read(FolderLock::path(dir.path(), "a")).unwrap(), b"");
         // A lock whose file was deleted is not taken for the new one.

@@ -10,7 +10,7 @@ use crate::{
         FormatError,
         colors::{full_scale, linear, opacity, survey},
         loader::Loader,
-        mesh,
+        mesh::{self, BEYOND, BROKEN, FLAT, Left},
         polygon::Polygons,
         weld::Weld,
     },
@@ -24,22 +24,6 @@ use glam::DVec3;
 use std::{collections::BTreeSet, path::Path, sync::Arc};
 
 type Shape = (String, String, Faces);
-
-/// Faces that are left out: how many, and the first one's line.
-#[derive(Default)]
-struct Left {
-    faces: u64,
-    line: u32,
-}
-
-impl Left {
-    fn add(&mut self, line: u32) {
-        if self.faces == 0 {
-            self.line = line;
-        }
-        self.faces += 1;
-    }
-}
 
 /// What became of faces and corners that are not as they should be.
 #[derive(Default)]
@@ -103,15 +87,15 @@ pub(super) fn objects(
 impl Notes {
     fn tell(&self, loader: &mut Loader, file: &Path) {
         let reasons = [
-            (&self.beyond, "left out", "with a vertex number that does not exist"),
-            (&self.broken, "left out", "with a corner that is no finite number"),
-            (&self.flat, "left out", "without area"),
+            (&self.beyond, "left out", BEYOND),
+            (&self.broken, "left out", BROKEN),
+            (&self.flat, "left out", FLAT),
             (&self.bare, "shown without texture coordinates or normals", "whose own do not exist or are not finite"),
         ];
         for (left, what, which) in reasons {
-            if left.faces > 0 {
-                let Left { faces, line } = left;
-                loader.warn(file, format!("faces {what}: {faces} {which}, the first in line {line}"));
+            if left.count > 0 {
+                let Left { count, first } = left;
+                loader.warn(file, format!("faces {what}: {count} {which}, the first in line {first}"));
             }
         }
         if self.rounded > 0 {
@@ -188,16 +172,16 @@ impl<'a> Builder<'a> {
             points.clear();
             points.extend(corners.iter().map_while(|c| pool.position(c[0])));
             if points.len() < corners.len() {
-                notes.beyond.add(line);
+                notes.beyond.add(line.into());
                 continue;
             }
             if !points.iter().all(|p| storable(*p)) {
-                notes.broken.add(line);
+                notes.broken.add(line.into());
                 continue;
             }
             let triangles = self.polygons.triangles(points.iter().copied());
             if triangles.is_empty() {
-                notes.flat.add(line);
+                notes.flat.add(line.into());
                 continue;
             }
             let finite = |v: &[f32]| v.iter().all(|x| x.is_finite());
@@ -206,7 +190,7 @@ impl<'a> Builder<'a> {
             let named = |k: usize| corners.iter().all(|c| c[k] != ABSENT);
             let (has_uv, has_normals) = (corners.iter().all(textured), corners.iter().all(lit));
             if named(1) && !has_uv || named(2) && !has_normals {
-                notes.bare.add(line);
+                notes.bare.add(line.into());
             }
             let corner = |i: u32| {
                 let [v, uv, n] = corners[i as usize];

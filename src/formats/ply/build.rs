@@ -6,7 +6,7 @@ use crate::{
         FormatError,
         colors::{linear, opacity, survey},
         loader::Loader,
-        mesh,
+        mesh::{self, BEYOND, BROKEN, FLAT, Left},
         polygon::Polygons,
         weld::Weld,
     },
@@ -18,22 +18,6 @@ use crate::{
 };
 use glam::DVec3;
 use std::path::Path;
-
-/// Faces that are left out: how many, and the first one's number.
-#[derive(Default)]
-struct Left {
-    count: u64,
-    first: usize,
-}
-
-impl Left {
-    fn add(&mut self, at: usize) {
-        if self.count == 0 {
-            self.first = at;
-        }
-        self.count += 1;
-    }
-}
 
 /// Triangles over the file's vertices, with the face that each comes from.
 #[derive(Default)]
@@ -124,13 +108,13 @@ impl Cut {
             let position = |v: &u32| vertices.positions.get(*v as usize).map(|p| DVec3::from(*p));
             points.extend(corners.iter().map_while(position));
             if points.len() < corners.len() {
-                out.beyond.add(i);
+                out.beyond.add(i as u64);
             } else if !points.iter().all(|p| storable(*p)) {
-                out.broken.add(i);
+                out.broken.add(i as u64);
             } else {
                 let triangles = polygons.triangles(points.iter().copied());
                 if triangles.is_empty() {
-                    out.flat.add(i);
+                    out.flat.add(i as u64);
                 }
                 out.triangles.extend(triangles.iter().map(|t| t.map(|k| corners[k as usize])));
                 out.faces.resize(out.triangles.len(), i as u32);
@@ -140,11 +124,7 @@ impl Cut {
     }
 
     fn tell(&self, loader: &mut Loader, file: &Path) {
-        for (left, reason) in [
-            (&self.beyond, "with a vertex number that does not exist"),
-            (&self.broken, "with a corner that is no finite number"),
-            (&self.flat, "without area"),
-        ] {
+        for (left, reason) in [(&self.beyond, BEYOND), (&self.broken, BROKEN), (&self.flat, FLAT)] {
             if left.count > 0 {
                 let Left { count, first } = left;
                 loader.warn(file, format!("faces left out: {count} {reason}, the first is face {first}"));
