@@ -6,6 +6,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use farfield::{
     math::Stop,
     nodes::collapse::{quadric, voxel_cover},
+    view,
     voxel::{self, VoxelMesh, cover_mesh::cover_meshes},
 };
 use std::{hint::black_box, time::Instant};

@@ -3,11 +3,12 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use farfield::{
     formats::{self, DiskFiles, Limits},
-    math::{Stop, View},
+    math::Stop,
     raster::{
         Backend, Cpu, Geometry, Options, Prepared, Rendering, Shader, coverage, fragments_in_tiles, nearest, picture,
     },
     scene::{Image, Material, Mesh, Object, Part, Scene, Texture, Wrap},
+    view::View,
 };
 use glam::{DVec3, Mat4};
 use std::{hint::black_box, path::Path, sync::Arc};

@@ -4,9 +4,10 @@
 use farfield::{
     formats::{self, DiskFiles, Limits},
     gpu::{Gpu, Wanted},
-    math::{Stop, View},
+    math::Stop,
     raster::{Backend, Cpu, Geometry, Options, Rendering, Shader, fragments, nearest, picture},
     scene::Scene,
+    view::View,
 };
 use glam::DVec3;
 use std::{path::Path, time::Instant};

@@ -6,8 +6,9 @@
 use farfield::{
     formats::{self, DiskFiles, Limits},
     image::save_png,
-    math::{Stop, View},
+    math::Stop,
     raster::{Cpu, Geometry, Light, Rendering, Shader, Shading, render},
+    view::View,
 };
 use glam::DVec3;
 use std::{error::Error, path::Path, time::Instant};

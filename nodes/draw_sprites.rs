@@ -10,11 +10,11 @@ use crate::{
         plan::File,
     },
     image::{encode_png, srgb},
-    math::View,
     ports,
     raster::{Geometry, Light, MAX_SIDE, Shader},
     scene::{Scene, select::matches},
     sprite::{self, Drawing, Volume, draw},
+    view::View,
 };
 use glam::DVec3;
 use schemars::JsonSchema;

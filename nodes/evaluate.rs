@@ -12,7 +12,7 @@ use crate::{
     ports,
     raster::MAX_SIDE,
     scene::Scene,
-    voxel::Cell,
+    view::Cell,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

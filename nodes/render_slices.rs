@@ -6,8 +6,9 @@ use crate::{
     ports,
     raster::Geometry,
     scene::Scene,
+    view::Cell,
     voxel::{
-        Cell, Field, Slices,
+        Field, Slices,
         frusta::{Lens, axis_name, frame},
         near::near_part,
         overlap::triangle_meets_box,

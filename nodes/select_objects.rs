@@ -8,7 +8,7 @@ use crate::{
         Scene,
         select::{Selection, select},
     },
-    voxel::Cell,
+    view::Cell,
 };
 use glam::DVec3;
 use schemars::JsonSchema;

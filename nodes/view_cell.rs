@@ -5,7 +5,7 @@ use crate::{
     math::Aabb,
     ports,
     scene::Scene,
-    voxel::Cell,
+    view::Cell,
 };
 use glam::DVec3;
 use schemars::JsonSchema;

@@ -17,6 +17,7 @@ pub mod raster;
 pub mod regular;
 pub mod scene;
 pub mod sprite;
+pub mod view;
 pub mod voxel;
 
 #[path = "../nodes/mod.rs"]

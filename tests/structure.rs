@@ -5,8 +5,8 @@
 
 use std::path::{Path, PathBuf};
 
-const ALGORITHMS: [&str; 11] =
-    ["scene", "raster", "mesh", "voxel", "image", "atlas", "formats", "certify", "runtime", "gpu", "sprite"];
+const ALGORITHMS: [&str; 12] =
+    ["scene", "raster", "mesh", "view", "voxel", "image", "atlas", "formats", "certify", "runtime", "gpu", "sprite"];
 
 fn sources(folder: &str) -> Vec<(String, String)> {
     fn walk(folder: &Path, found: &mut Vec<PathBuf>) {

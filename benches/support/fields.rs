@@ -2,7 +2,10 @@
 //!
 //! The including module must have `voxel` in scope.
 
-use super::voxel::{Cell, Field, Frustum, Slices, Voxel};
+use super::{
+    view::Cell,
+    voxel::{Field, Frustum, Slices, Voxel},
+};
 
 /// Filled voxels (x, y, layer) of parallelograms, before anything is hidden.
 pub struct Solid {

@@ -5,12 +5,13 @@ use crate::{
     array::Bytes,
     engine::node::{Ctx, Door, Node, NodeError},
     image::Picture,
-    math::{Stop, View},
+    math::Stop,
     mesh::ChartedMesh,
     nodes::{collapse, pack_atlas, render_slices, voxel_mesh},
     raster::{Cpu, Geometry, Rendering, Shader, picture},
     scene::{Material, Mesh, Object, Part, Scene},
-    voxel::Cell,
+    view::Cell,
+    view::View,
 };
 use glam::{DVec3, Mat4};
 use std::{path::Path, sync::Arc};

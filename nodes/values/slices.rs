@@ -2,7 +2,8 @@
 
 use crate::{
     engine::artifact::{Artifact, DecodeError, Decoder, Encoder},
-    voxel::{Across, Cell, Field, Frustum, Side, Slices},
+    view::Cell,
+    voxel::{Across, Field, Frustum, Side, Slices},
 };
 use glam::DVec3;
 

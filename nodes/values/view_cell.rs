@@ -2,7 +2,7 @@
 
 use crate::{
     engine::artifact::{Artifact, DecodeError, Decoder, Encoder},
-    voxel::Cell,
+    view::Cell,
 };
 use glam::DVec3;
 

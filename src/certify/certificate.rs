@@ -6,7 +6,7 @@ use super::{
     requirements::{self, Requirement, Verdict},
     summary,
 };
-use crate::math::View;
+use crate::view::View;
 use serde::Serialize;
 use std::collections::BTreeMap;
 

@@ -14,10 +14,11 @@ use super::{
 };
 use crate::{
     image::{Picture, measure::flip},
-    math::{Stop, Stopped, View},
+    math::{Stop, Stopped},
     raster::{self, Backend, Geometry, Rendering, Shader, nearest},
     scene::Scene,
-    voxel::Cell,
+    view::Cell,
+    view::View,
 };
 use glam::DVec3;
 use rayon::prelude::*;

@@ -80,8 +80,8 @@ mod tests {
             edges::{BELOW, RIGHT},
             parallax::{Angle, Parallax},
         },
-        math::View,
-        voxel::Cell,
+        view::Cell,
+        view::View,
     };
     use glam::DVec3;
     use proptest::prelude::*;

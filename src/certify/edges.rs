@@ -163,7 +163,7 @@ pub fn dilate_square(mask: &[bool], width: usize, radius: usize) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{math::View, voxel::Cell};
+    use crate::{view::Cell, view::View};
     use glam::DVec3;
     use proptest::prelude::*;
 

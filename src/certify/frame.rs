@@ -3,7 +3,10 @@
 //! Beside the scenes' bounds both pictures show the background and nothing differs; only a window around them is
 //! rendered and measured, and figures over the whole picture count the rest as equal.
 
-use crate::math::{Aabb, Projection, View};
+use crate::{
+    math::Aabb,
+    view::{Projection, View},
+};
 
 /// Pixels around the bounds that belong to the window: what the filters of SSIM and FLIP reach (5 and about 20), and
 /// what the dilations do.

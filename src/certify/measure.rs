@@ -12,9 +12,10 @@ use crate::{
         Picture,
         measure::{decibel, luminance, mean_within, psnr_within, squared_error, ssim_map},
     },
-    math::{Stop, Stopped, View},
+    math::{Stop, Stopped},
     raster::{Backend, Geometry, NOTHING, Nearest, Options, Rendering, Shader, nearest, picture},
-    voxel::Cell,
+    view::Cell,
+    view::View,
 };
 use glam::DVec3;
 

@@ -6,8 +6,8 @@
 
 use crate::{
     certify::views::cell_box,
-    math::{Projection, View},
-    voxel::Cell,
+    view::Cell,
+    view::{Projection, View},
 };
 use glam::DVec3;
 

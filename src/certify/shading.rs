@@ -4,7 +4,7 @@ use super::views::{Sampling, cell_box};
 use crate::{
     raster::{Light, Noise, Shading},
     scene::{Alpha, Scene},
-    voxel::Cell,
+    view::Cell,
 };
 
 /// What the user may ask for.

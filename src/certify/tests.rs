@@ -6,7 +6,7 @@ use crate::{
     math::Stop,
     raster::Cpu,
     scene::{Material, Mesh, Object, Part, Scene},
-    voxel::Cell,
+    view::Cell,
 };
 use glam::{DVec3, Mat4, Vec3};
 use std::sync::Arc;

@@ -9,8 +9,9 @@
 //! - where the selection lies around the cell, the sequence chooses among the directions in which it is seen.
 
 use crate::{
-    math::{Aabb, Sequence, View},
-    voxel::Cell,
+    math::{Aabb, Sequence},
+    view::Cell,
+    view::View,
 };
 use glam::DVec3;
 

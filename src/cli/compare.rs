@@ -8,7 +8,7 @@ use crate::{
     math::Stop,
     regular,
     scene::{Scene, builtin},
-    voxel::Cell,
+    view::Cell,
 };
 use glam::DVec3;
 use std::path::{Path, PathBuf};

@@ -2,15 +2,16 @@
 
 use super::{machine, work, *};
 use crate::{
-    math::{Projection, Stop, View},
+    math::Stop,
     raster::{
         Backend, Cpu, Geometry, NOTHING, Options, Prepared, coverage, fragments_in_tiles, nearest_in_tiles,
         tests::{ahead, literal, mesh, object, square},
     },
     scene::{Alpha, Image, Material, Scene, Texture, Wrap, builtin},
     sprite::{Direction, Grid, Layout, Packed, Peeling, Placement, Ray, Repair, Volume, peel},
+    view::Cell,
+    view::{Projection, View},
     voxel::{
-        Cell,
         frusta::{Lens, frame},
         slicing::{Soup, slice},
     },

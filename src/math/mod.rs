@@ -1,4 +1,4 @@
-//! Small mathematics shared by the algorithm folders: views, boxes, deterministic functions.
+//! Small mathematics shared by the algorithm folders: boxes, deterministic functions.
 //!
 //! Transcendental functions come from `libm`, never from the platform, so that bytes agree between machines.
 
@@ -7,11 +7,9 @@ pub mod sequence;
 pub mod shift;
 pub mod stop;
 pub mod triangle;
-pub mod view;
 
 pub use bounds::Aabb;
 pub use sequence::Sequence;
 pub use shift::shift;
 pub use stop::{Stop, Stopped};
 pub use triangle::squared_distance;
-pub use view::{Projection, View};

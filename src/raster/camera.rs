@@ -1,6 +1,6 @@
 //! From the world to the pixel grid: camera space in f64, snapping to 1/256 px, the guard band.
 
-use crate::math::{Projection, View};
+use crate::view::{Projection, View};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// Largest width and height of a view, pixels.

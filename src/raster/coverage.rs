@@ -1,7 +1,10 @@
 //! Operation 3: how much of each triangle views show.
 
 use super::{Backend, Camera, Geometry, NOTHING, Options, Prepared, clip::clip_to_view, nearest_in_tiles};
-use crate::math::{Stop, Stopped, View};
+use crate::{
+    math::{Stop, Stopped},
+    view::View,
+};
 use glam::DVec3;
 use rayon::prelude::*;
 

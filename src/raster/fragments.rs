@@ -1,7 +1,10 @@
 //! Operation 2: all surfaces of every pixel, sorted by depth.
 
 use super::{Backend, Geometry, Options, Prepared, ScreenTriangle, Tile, backend::in_tiles, patch::Holes};
-use crate::math::{Stop, Stopped, View};
+use crate::{
+    math::{Stop, Stopped},
+    view::View,
+};
 
 /// One surface at one pixel centre.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,10 @@
 //! Operation 1: the nearest surface of every pixel.
 
 use super::{Backend, Geometry, Options, Prepared, Tile, backend::in_tiles, patch::Holes};
-use crate::math::{Stop, Stopped, View};
+use crate::{
+    math::{Stop, Stopped},
+    view::View,
+};
 
 /// Marks a pixel that sees nothing.
 pub const NOTHING: u32 = u32::MAX;

@@ -10,7 +10,10 @@ use super::{
     geometry::{Cutout, Draw},
     tile::Grid,
 };
-use crate::math::{Stop, Stopped, View};
+use crate::{
+    math::{Stop, Stopped},
+    view::View,
+};
 use glam::DVec3;
 use rayon::prelude::*;
 

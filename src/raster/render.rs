@@ -6,7 +6,8 @@ use super::{
 };
 use crate::{
     image::{Picture, srgb},
-    math::{Stop, Stopped, View},
+    math::{Stop, Stopped},
+    view::View,
 };
 use glam::Vec3;
 

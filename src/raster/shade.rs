@@ -8,8 +8,8 @@ use super::{
     texture::{Coordinates, Mips, Role},
 };
 use crate::{
-    math::View,
     scene::{Image, Texture},
+    view::View,
 };
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;

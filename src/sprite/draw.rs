@@ -7,9 +7,10 @@
 use super::{Entry, Ray, Volume, Zone};
 use crate::{
     image::{Picture, srgb},
-    math::{Projection, Stop, Stopped, View},
+    math::{Stop, Stopped},
     raster::{Backend, Facet, Fragment, Light, Options, Prepared, Shader, Shading, Surface, Tile, fragments_in_tiles},
     scene,
+    view::{Projection, View},
 };
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;

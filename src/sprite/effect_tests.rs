@@ -6,12 +6,13 @@ use super::{
 };
 use crate::{
     image::{Picture, srgb},
-    math::{Stop, View},
+    math::Stop,
     raster::{
         Cpu, Geometry, Light, Shader,
         tests::{object, octahedron, scene, square},
     },
     scene::{Material, Scene},
+    view::View,
 };
 use glam::{DMat3, DVec3};
 use proptest::prelude::*;
@@ -161,7 +162,7 @@ impl Stage {
         back.transform = glam::Mat4::from_translation(glam::Vec3::new(0.0, 0.0, -1.0));
         let scene = Scene { objects: vec![back, object("front", square(), paint([1.0; 4]))] };
         let mut view = View::look_at(DVec3::Z * 5.0, DVec3::ZERO, DVec3::Y, 1.0, 40, 40, 0.1, 20.0);
-        view.projection = crate::math::Projection::Orthographic { left: -2.0, right: 2.0, bottom: -2.0, top: 2.0 };
+        view.projection = crate::view::Projection::Orthographic { left: -2.0, right: 2.0, bottom: -2.0, top: 2.0 };
         // Left and lower half of the front square, with a common quarter; behind it.
         let of = |mesh| volume(&super::super::raster::tests::scene(mesh), DVec3::NEG_Z, 80, &Placement::default());
         let volumes = vec![

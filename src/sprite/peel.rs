@@ -5,8 +5,9 @@
 
 use super::{Direction, LayeredDepthImage, layered::INVALID, membrane::Solid};
 use crate::{
-    math::{Projection, Stop, Stopped, View},
+    math::{Stop, Stopped},
     raster::{Backend, Geometry, MAX_SIDE, Options, Prepared, Tile, TileFragments, fragments_in_tiles},
+    view::{Projection, View},
 };
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;

@@ -6,13 +6,14 @@
 //! the next lower power of two), so that an object that moves inside these bounds moves no voxel.
 
 use super::{
-    Across, Cell, Frustum, Slices,
+    Across, Frustum, Slices,
     layers::{Placement, Reach},
     valid::SIDES,
 };
 use crate::{
     math::{Stop, Stopped},
     raster::Polygon,
+    view::Cell,
 };
 use glam::DVec3;
 use rayon::prelude::*;

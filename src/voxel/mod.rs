@@ -20,23 +20,9 @@ pub mod touch;
 pub mod valid;
 mod voxel_mesh;
 
-use crate::{array::Array, math::Aabb};
+use crate::{array::Array, view::Cell};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
-
-/// A view cell: an axis-aligned box from anywhere in which the stand-in must look right. Metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cell {
-    pub centre: DVec3,
-    /// Half extents, each > 0.
-    pub half: DVec3,
-}
-
-impl Cell {
-    pub fn corners(&self) -> [DVec3; 8] {
-        Aabb { min: self.centre - self.half, max: self.centre + self.half }.corners()
-    }
-}
 
 /// How a cell's surroundings are cut into frusta and layers. Distances are planar depths from the cell's centre, metres.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,8 +5,11 @@
 //! depth `layer[l]` from the cell's centre. Equal vertices give equal bits, and a seam between two faces of a cube has
 //! the same bits from both sides.
 
-use super::{Cell, Frustum, Slices, VoxelMesh};
-use crate::math::{Aabb, shift};
+use super::{Frustum, Slices, VoxelMesh};
+use crate::{
+    math::{Aabb, shift},
+    view::Cell,
+};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 
 /// A mesh and the slices that it was made from do not fit together.
@@ -129,7 +132,7 @@ impl<'a> Reprojection<'a> {
     }
 
     /// The cell that the slices were made for.
-    pub fn cell(&self) -> &'a super::Cell {
+    pub fn cell(&self) -> &'a Cell {
         &self.slices.cell
     }
 

@@ -1,6 +1,7 @@
 //! Small slices and voxel meshes for tests.
 
-use super::{Cell, Frustum, Slices, Voxel, VoxelMesh};
+use super::{Frustum, Slices, Voxel, VoxelMesh};
+use crate::view::Cell;
 use glam::{DVec3, dvec3};
 use std::collections::BTreeMap;
 

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::{
-    math::Projection,
     scene::{Alpha, Image, Texture, Wrap},
+    view::Projection,
 };
 use proptest::prelude::*;
 

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::{
-    math::Projection,
     raster::{camera::Camera, clip::clip_to_view, prepare::depth_plane},
+    view::Projection,
 };
 use proptest::prelude::*;
 

@@ -35,7 +35,7 @@ fn attributes_are_perspective_correct() {
     for projection in [None, Some((-2.0, 2.0))] {
         let mut view = ahead(2.0, 64, 64);
         if let Some((left, right)) = projection {
-            view.projection = crate::math::Projection::Orthographic { left, right, bottom: -2.0, top: 2.0 };
+            view.projection = crate::view::Projection::Orthographic { left, right, bottom: -2.0, top: 2.0 };
         }
         let near = first(&scene, &view);
         let mut seen = 0;

@@ -6,8 +6,9 @@ mod look;
 
 use super::*;
 use crate::{
-    math::{Stop, View},
+    math::Stop,
     scene::{Material, Mesh, Object, Part, Scene},
+    view::View,
 };
 use glam::{DVec3, Mat4, Vec3};
 use std::sync::Arc;

@@ -24,9 +24,10 @@ mod literal;
 
 use super::{Cell, Field, Frustum, Slices, Voxel};
 use crate::{
-    math::{Projection, Stop, Stopped, View},
+    math::{Stop, Stopped},
     raster::{Backend, Cutout, Geometry, Options, Prepared, Shader, Sides, faces_any},
     scene::Scene,
+    view::{Projection, View},
 };
 use cuts::{Crossings, Screen};
 use glam::DVec3;

@@ -1,0 +1,7 @@
+//! Cameras and the places from which a stand-in is seen.
+
+mod camera;
+mod cell;
+
+pub use camera::{Projection, View};
+pub use cell::Cell;
