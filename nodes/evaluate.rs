@@ -2,7 +2,7 @@
 
 use super::values::Bound;
 use crate::{
-    certify::{self, Choice, CompareError, Sampling, VIEWS_AT_ONCE},
+    certify::{self, Choice, CompareError, Mode, Sampling, VIEWS_AT_ONCE},
     engine::{
         node::{Ctx, List, Measure, Node, NodeError},
         plan::File,
@@ -10,9 +10,10 @@ use crate::{
     formats::{self, Limits},
     image::encode_png,
     ports,
-    raster::MAX_SIDE,
+    raster::{Geometry, MAX_SIDE},
+    runtime::SceneStandIn,
     scene::Scene,
-    view::Cell,
+    view::{Cell, Region},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -191,7 +192,7 @@ impl Node for Evaluate {
             samples_per_axis: params.samples,
             shading: params.shading.into(),
             bound,
-            stand_in: certify::StandIn {
+            stand_in: certify::Subject {
                 name: params.name.clone(),
                 blake3: blake3::hash(&file.bytes).to_hex().to_string(),
             },
@@ -200,7 +201,11 @@ impl Node for Evaluate {
         };
         let ceiling = inputs.ceiling.as_deref();
         let context = certify::Context { backend: super::backend(ctx), stop: ctx.stop, progress: ctx.progress };
-        let result = certify::compare(&inputs.original, &stand_in, ceiling, &inputs.cell, &options, context);
+        let geometry = Geometry::new(&stand_in);
+        let drawn = SceneStandIn::new(&stand_in, &geometry);
+        let modes = [Mode { name: String::new(), stand_in: &drawn }];
+        let region = Region::Box(*inputs.cell);
+        let result = certify::compare(&inputs.original, &modes, ceiling, &region, &options, context);
         let comparison = result.map_err(|e| match e {
             CompareError::Stopped(s) => NodeError::Stopped(s),
             e => NodeError::from_error(&e),

@@ -15,6 +15,7 @@ pub mod math;
 pub mod mesh;
 pub mod raster;
 pub mod regular;
+pub mod runtime;
 pub mod scene;
 pub mod sprite;
 pub mod view;

@@ -3,10 +3,11 @@
 use super::{
     about::{Better, Helps, Measure, measures},
     figures::Figures,
+    modes::ModeFigures,
     requirements::{self, Requirement, Verdict},
     summary,
 };
-use crate::view::View;
+use crate::view::{Region, View};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -24,7 +25,7 @@ pub struct Bound {
 
 /// Which stand-in was judged.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct StandIn {
+pub struct Subject {
     #[serde(skip_serializing_if = "String::is_empty")]
     pub name: String,
     /// Of the file's bytes, hexadecimal.
@@ -71,7 +72,7 @@ pub struct About {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorstView {
     pub value: f64,
-    /// Number in the sequence of views; the first eight are the cell's corners.
+    /// Number in the sequence of views; the first are the region's extremes, such as a cell's corners.
     pub view: u32,
     pub camera: Camera,
     /// Name of the picture, where there is one.
@@ -89,9 +90,29 @@ pub struct Sampling {
     pub fov: f64,
     /// Samples of a pixel in x and in y.
     pub samples_per_axis: u32,
-    /// Metres.
-    pub cell_centre: [f64; 3],
-    pub cell_half: [f64; 3],
+    #[serde(flatten)]
+    pub region: SampledRegion,
+}
+
+/// Where the eyes were. Metres.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum SampledRegion {
+    Box { cell_centre: [f64; 3], cell_half: [f64; 3] },
+    Sphere { sphere_centre: [f64; 3], sphere_radius: f64 },
+    Path { path: Vec<[f64; 3]> },
+}
+
+impl SampledRegion {
+    pub fn of(region: &Region) -> Self {
+        match region {
+            Region::Box(cell) => Self::Box { cell_centre: cell.centre.to_array(), cell_half: cell.half.to_array() },
+            Region::Sphere { centre, radius } => {
+                Self::Sphere { sphere_centre: centre.to_array(), sphere_radius: *radius }
+            }
+            Region::Path(points) => Self::Path { path: points.iter().map(|p| p.to_array()).collect() },
+        }
+    }
 }
 
 /// FLIP over the views that are worst by PSNR over the object.
@@ -122,7 +143,7 @@ pub struct Certificate {
     pub summary: Vec<String>,
     /// The figures that decide on the verdict, with their limits.
     pub requirements: Vec<Requirement>,
-    pub stand_in: StandIn,
+    pub stand_in: Subject,
     pub triangles: u64,
     pub original_triangles: u64,
     /// One for each mesh and material of each object.
@@ -145,6 +166,9 @@ pub struct Certificate {
     pub figures: Figures,
     pub flip: Flip,
     pub ceiling: Option<Ceiling>,
+    /// By the way of drawing, where there are several, such as `static` and `view_dependent`.
+    #[serde(flatten)]
+    pub modes: BTreeMap<String, ModeFigures>,
     /// By measure.
     pub worst_view: BTreeMap<&'static str, WorstView>,
     pub sampling: Sampling,

@@ -1,24 +1,24 @@
 //! The comparison: draws the views, renders, measures, and writes down the certificate.
 
 use super::{
-    certificate::{Bound, Camera, Ceiling, Certificate, Flip, Sampling as Sampled, StandIn},
+    certificate::{Bound, Camera, Ceiling, Certificate, Flip, SampledRegion, Sampling as Sampled, Subject},
     figures::{Figures, rounded},
     frame::Frame,
-    measure::{Reference, Setting, Shot, ViewFigures, back_facing},
+    measure::{Reference, Setting, Shot, ViewFigures},
+    modes::{ModeFigures, ModeView},
     pictures::{Caption, sheet},
     requirements::Verdict,
     shading::{self, Choice},
-    size::Size,
     views::{self, Sampling},
     worst::{Wanted, by_psnr, worst_views},
 };
 use crate::{
     image::{Picture, measure::flip},
     math::{Stop, Stopped},
-    raster::{self, Backend, Geometry, Rendering, Shader, nearest},
+    raster::{self, Backend, Geometry, Rendering, nearest},
+    runtime::{self, SceneStandIn, StandIn},
     scene::Scene,
-    view::Cell,
-    view::View,
+    view::{Region, View},
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -36,8 +36,8 @@ pub struct Options {
     pub shading: Choice,
     /// In pixels.
     pub bound: Bound,
-    pub stand_in: StandIn,
-    /// Size of the stand-in's file.
+    pub stand_in: Subject,
+    /// Size of the stand-in's files.
     pub bytes: u64,
     /// In how many views the ceiling is measured.
     pub ceiling_views: u32,
@@ -89,48 +89,57 @@ pub struct Context<'a> {
     pub progress: &'a (dyn Fn(u64, u64) + Sync),
 }
 
-/// Compares a stand-in and the `ceiling` that it was simplified from with its original, seen from `cell`.
+/// A way in which a stand-in is drawn: static or view-dependent, say.
+pub struct Mode<'a> {
+    /// As it stands in the certificate; empty where there is only one way.
+    pub name: String,
+    pub stand_in: &'a dyn StandIn,
+}
+
+/// Compares a stand-in and the `ceiling` that it was simplified from with its original, seen from `region`. The certificate's own
+/// figures are those of the first of its `modes`, of which there is at least one.
 pub fn compare(
     original: &Scene,
-    stand_in: &Scene,
+    modes: &[Mode],
     ceiling: Option<&Scene>,
-    cell: &Cell,
+    region: &Region,
     options: &Options,
     context: Context,
 ) -> Result<Comparison, CompareError> {
     let Context { backend, stop, .. } = context;
+    let stand_in = modes.first().ok_or(CompareError::EmptyStandIn)?.stand_in;
     check(original, stand_in, options)?;
     let sampling = &options.sampling;
-    let (shading, words) = shading::choose(options.shading, original, cell, sampling);
+    let (shading, words) = shading::choose(options.shading, original, region, sampling);
     let samples = options.samples_per_axis;
     // Samples are shaded in equal squares: an odd number of them one by one.
     let shades = if samples.is_multiple_of(2) { 2 } else { samples };
     let setting = Setting {
-        cell: *cell,
+        region: region.clone(),
         pixel: sampling.pixel_angle(),
         bound_px: options.bound.value,
         rendering: Rendering { samples_per_axis: samples, shades_per_axis: shades, shading, ..Rendering::default() },
     };
     let geometry = Geometry::new(original);
-    let stand_in_geometry = Geometry::new(stand_in);
     let ceiling_geometry = ceiling.map(Geometry::new);
-    let judge = Judge {
-        original: Shader::new(&geometry),
-        stand_in: Shader::new(&stand_in_geometry),
-        ceiling: ceiling_geometry.as_ref().map(Shader::new),
-        setting,
-        context,
-    };
+    let original_drawn = SceneStandIn::new(original, &geometry);
+    let ceiling_drawn = ceiling.zip(ceiling_geometry.as_ref()).map(|(scene, g)| SceneStandIn::new(scene, g));
+    let judge = Judge { original: &original_drawn, modes, ceiling: ceiling_drawn.as_ref(), setting: &setting, context };
 
     let selection = original.bounds();
-    let all = [Some(stand_in), ceiling].into_iter().flatten().fold(selection, |b, s| b.union(s.bounds()));
+    let others = modes.iter().map(|m| m.stand_in.bounds()).chain(ceiling.map(Scene::bounds));
+    let all = others.fold(selection, |b, s| b.union(s));
     let seen =
-        if views::surrounds(cell, &selection) { directions(backend, &geometry, cell, stop)? } else { Vec::new() };
-    let views = views::draw(cell, &selection, &all, &seen, sampling);
+        if views::surrounds(region, &selection) { directions(backend, &geometry, region, stop)? } else { Vec::new() };
+    let views = views::draw(region, &selection, &all, &seen, sampling);
     let frames: Vec<Frame> = views.iter().map(|v| Frame::around(v, &all, setting.bound_px)).collect();
     let measured = judge.measure(&frames, options.ceiling_views as usize)?;
-    let figures: Vec<ViewFigures> = measured.iter().map(|m| m.0).collect();
-    let of_ceiling: Vec<ViewFigures> = measured.iter().filter_map(|m| m.1).collect();
+    let figures: Vec<ViewFigures> = measured.iter().map(|m| m.modes[0].figures).collect();
+    let of_ceiling: Vec<ViewFigures> = measured.iter().filter_map(|m| m.ceiling).collect();
+    let named = modes.iter().enumerate().filter(|(_, m)| !m.name.is_empty());
+    let of_modes = named
+        .map(|(k, m)| (m.name.clone(), ModeFigures::of(&measured.iter().map(|v| v.modes[k]).collect::<Vec<_>>())))
+        .collect();
     if figures.iter().all(|f| f.counts.covered == 0) {
         return Err(CompareError::Unseen("original", views.len()));
     }
@@ -153,7 +162,7 @@ pub fn compare(
     let flips: Vec<f64> = looked_at.iter().filter_map(|l| l.flip).collect();
     let pictures = looked_at.into_iter().flat_map(|l| l.pictures).collect();
 
-    let (size, original_size) = (Size::of(stand_in), Size::of(original));
+    let (size, original_size) = (stand_in.size(), original_drawn.size());
     let mut certificate = Certificate {
         verdict: Verdict::Failed,
         sentence: String::new(),
@@ -171,7 +180,7 @@ pub fn compare(
         bytes: options.bytes,
         views: views.len() as u32,
         shading: words,
-        blend_as_mask: shading::blends(original) || shading::blends(stand_in),
+        blend_as_mask: original_drawn.blends() || stand_in.blends(),
         bound: Bound { value: rounded(options.bound.value, 4), ..options.bound.clone() },
         figures: Figures::of(&figures, band_px),
         flip: Flip {
@@ -184,14 +193,14 @@ pub fn compare(
             views: of_ceiling.len() as u32,
             figures: Figures::of(&of_ceiling, band_px),
         }),
+        modes: of_modes,
         worst_view: worst,
         sampling: Sampled {
             seed: sampling.seed,
             resolution: sampling.resolution,
             fov: rounded(sampling.fov.to_degrees(), 6),
             samples_per_axis: options.samples_per_axis,
-            cell_centre: cell.centre.to_array(),
-            cell_half: cell.half.to_array(),
+            region: SampledRegion::of(region),
         },
         about: BTreeMap::new(),
     };
@@ -207,11 +216,11 @@ fn model(original: &Scene) -> String {
     }
 }
 
-fn check(original: &Scene, stand_in: &Scene, options: &Options) -> Result<(), CompareError> {
+fn check(original: &Scene, stand_in: &dyn StandIn, options: &Options) -> Result<(), CompareError> {
     if original.triangle_count() == 0 {
         return Err(CompareError::EmptyOriginal);
     }
-    if stand_in.triangle_count() == 0 {
+    if stand_in.bounds().is_empty() {
         return Err(CompareError::EmptyStandIn);
     }
     let Bound { value, unit, .. } = &options.bound;
@@ -230,13 +239,20 @@ fn check(original: &Scene, stand_in: &Scene, options: &Options) -> Result<(), Co
     Ok(())
 }
 
-/// The three scenes made ready.
+/// What is compared, made ready.
 struct Judge<'a> {
-    original: Shader<'a>,
-    stand_in: Shader<'a>,
-    ceiling: Option<Shader<'a>>,
-    setting: Setting,
+    original: &'a dyn StandIn,
+    modes: &'a [Mode<'a>],
+    ceiling: Option<&'a SceneStandIn<'a>>,
+    setting: &'a Setting,
     context: Context<'a>,
+}
+
+/// One view, measured.
+struct Measured {
+    /// One for each mode.
+    modes: Vec<ModeView>,
+    ceiling: Option<ViewFigures>,
 }
 
 /// A view rendered once more.
@@ -245,36 +261,53 @@ struct Look {
     pictures: Vec<(String, Picture)>,
 }
 
-impl Judge<'_> {
-    fn reference(&self, view: &View) -> Result<Reference, Stopped> {
-        let Context { backend, stop, .. } = self.context;
-        Reference::take(backend, &self.original, view, &self.setting, stop)
+impl<'a> Judge<'a> {
+    fn drawing(&self) -> runtime::Context<'a> {
+        runtime::Context { backend: self.context.backend, stop: self.context.stop }
     }
 
-    fn shot(&self, shader: &Shader, view: &View) -> Result<Shot, Stopped> {
-        let Context { backend, stop, .. } = self.context;
-        Shot::take(backend, shader, view, &self.setting.rendering, stop)
+    fn reference(&self, view: &View) -> Result<Reference<'a>, Stopped> {
+        Reference::take(self.original, view, self.setting, self.drawing())
+    }
+
+    fn shot(&self, stand_in: &'a dyn StandIn, view: &View) -> Result<Shot<'a>, Stopped> {
+        Shot::take(stand_in, view, &self.setting.rendering, self.drawing())
     }
 
     /// Figures of the stand-in in every view, and of the ceiling in the first `ceiling_views`.
-    fn measure(
-        &self,
-        frames: &[Frame],
-        ceiling_views: usize,
-    ) -> Result<Vec<(ViewFigures, Option<ViewFigures>)>, Stopped> {
+    fn measure(&self, frames: &[Frame], ceiling_views: usize) -> Result<Vec<Measured>, Stopped> {
         let done = AtomicU64::new(0);
         let one = |(i, frame): (usize, &Frame)| {
             let reference = self.reference(&frame.window)?;
-            let judged = |shader: &Shader| -> Result<ViewFigures, Stopped> {
-                let backs = back_facing(self.context.backend, shader.geometry, &frame.window, self.context.stop)?;
-                Ok(reference.measure(&self.shot(shader, &frame.window)?, shader.geometry, frame, backs))
-            };
-            let ceiling = self.ceiling.as_ref().filter(|_| i < ceiling_views).map(judged).transpose()?;
-            let figures = (judged(&self.stand_in)?, ceiling);
+            let ceiling = self.ceiling.filter(|_| i < ceiling_views);
+            let ceiling = ceiling.map(|c| self.judged(&reference, c, frame).map(|(_, figures)| figures)).transpose()?;
+            let modes = self.modes.iter().map(|mode| {
+                let (shot, figures) = self.judged(&reference, mode.stand_in, frame)?;
+                // Only named modes are told apart.
+                if mode.name.is_empty() {
+                    return Ok(ModeView { figures, ..ModeView::default() });
+                }
+                let unseen = reference.unseen(mode.stand_in, &frame.window);
+                let drawn = shot.drawn.drawn.unwrap_or_default();
+                Ok(ModeView::of(figures, drawn, &reference.classes(&shot), &unseen))
+            });
+            let modes = modes.collect::<Result<_, Stopped>>()?;
             (self.context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, frames.len() as u64);
-            Ok(figures)
+            Ok(Measured { modes, ceiling })
         };
         in_batches(frames.iter().enumerate().collect(), one)
+    }
+
+    fn judged(
+        &self,
+        reference: &Reference,
+        stand_in: &'a dyn StandIn,
+        frame: &Frame,
+    ) -> Result<(Shot<'a>, ViewFigures), Stopped> {
+        let backs = stand_in.back_facing(&frame.window, self.drawing())?;
+        let shot = self.shot(stand_in, &frame.window)?;
+        let figures = reference.measure(&shot, frame, backs);
+        Ok((shot, figures))
     }
 
     /// FLIP for the views in `flips`, and the pictures that are wanted.
@@ -288,10 +321,11 @@ impl Judge<'_> {
         let views: BTreeSet<usize> = flips.iter().copied().chain(wanted.iter().map(|w| w.view)).collect();
         let one = |i: usize| {
             let frame = &frames[i];
-            let (reference, stand_in) = (self.reference(&frame.window)?, self.shot(&self.stand_in, &frame.window)?);
+            let (reference, stand_in) =
+                (self.reference(&frame.window)?, self.shot(self.modes[0].stand_in, &frame.window)?);
             let picture = |w: &Wanted| (w.name.to_owned(), sheet(&reference, &stand_in, w.focus, &caption(w)));
             Ok(Look {
-                flip: flips.contains(&i).then(|| flip_of(&reference.shot.picture, &stand_in.picture, frame)),
+                flip: flips.contains(&i).then(|| flip_of(reference.shot.picture(), stand_in.picture(), frame)),
                 pictures: wanted.iter().filter(|w| w.view == i).map(picture).collect(),
             })
         };
@@ -320,19 +354,20 @@ fn in_batches<T: Send + Sync + Copy, R: Send>(
     Ok(all)
 }
 
-/// The directions from the cell's centre in which the scene is seen, with their solid angles: pixels of a cube.
+/// The directions from the region's middle in which the scene is seen, with their solid angles: pixels of a cube.
 fn directions(
     backend: &dyn Backend,
     geometry: &Geometry,
-    cell: &Cell,
+    region: &Region,
     stop: &Stop,
 ) -> Result<Vec<(DVec3, f64)>, Stopped> {
     const N: u32 = 32;
-    let far = cell.half.length() * 1e6;
+    let bounds = region.bounds();
+    let (centre, far) = (bounds.centre(), (bounds.max - bounds.min).length() * 0.5 * 1e6);
     let mut all = Vec::new();
     for axis in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
         let fov = std::f64::consts::FRAC_PI_2;
-        let view = View::look_at(cell.centre, cell.centre + axis, DVec3::Y, fov, N, N, far * 1e-9, far);
+        let view = View::look_at(centre, centre + axis, DVec3::Y, fov, N, N, far * 1e-9, far);
         let seen = nearest(backend, geometry, &view, &raster::Options::default(), stop)?;
         for (i, depth) in seen.depth.iter().enumerate().filter(|(_, d)| d.is_finite()) {
             let (x, y) = ((i as u32 % N) as f64 + 0.5, (i as u32 / N) as f64 + 0.5);

@@ -80,8 +80,7 @@ mod tests {
             edges::{BELOW, RIGHT},
             parallax::{Angle, Parallax},
         },
-        view::Cell,
-        view::View,
+        view::{Cell, Region, View},
     };
     use glam::DVec3;
     use proptest::prelude::*;
@@ -135,7 +134,7 @@ mod tests {
         ) {
             let cell = Cell { centre: DVec3::ZERO, half: DVec3::ONE };
             let view = View::look_at(DVec3::ZERO, -DVec3::Z, DVec3::Y, 0.8, N as u32, N as u32, 0.1, 1000.0);
-            let rule = Rule { parallax: Parallax::new(&view, &cell), bound: Angle::new(0.1), band_px: 2 };
+            let rule = Rule { parallax: Parallax::new(&view, &Region::Box(cell)), bound: Angle::new(0.1), band_px: 2 };
             let triangle = vec![0; N * N];
             let surfaces = |depth| Surfaces { width: N, depth, triangle: &triangle };
             let seen = Seen { surfaces: surfaces(&a), edges: &edges };

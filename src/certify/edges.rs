@@ -30,12 +30,7 @@ pub const BELOW: u8 = 2;
 
 /// [`RIGHT`] and [`BELOW`] for every pixel. `plane(t)` holds the k of triangle t with 1/depth = k·d, d the ray
 /// direction (x, y, 1) in camera axes; `pixel` is a pixel's angle.
-pub fn discontinuities(
-    s: &Surfaces,
-    parallax: &Parallax,
-    pixel: Angle,
-    plane: &impl Fn(u32) -> glam::DVec3,
-) -> Vec<u8> {
+pub fn discontinuities(s: &Surfaces, parallax: &Parallax, pixel: Angle, plane: &dyn Fn(u32) -> glam::DVec3) -> Vec<u8> {
     let mut edges = vec![0_u8; s.depth.len()];
     for i in 0..s.depth.len() {
         // Most of a picture often shows nothing.
@@ -58,7 +53,7 @@ fn parted(
     s: &Surfaces,
     parallax: &Parallax,
     pixel: Angle,
-    plane: &impl Fn(u32) -> glam::DVec3,
+    plane: &dyn Fn(u32) -> glam::DVec3,
     a: usize,
     b: usize,
 ) -> bool {
@@ -163,7 +158,7 @@ pub fn dilate_square(mask: &[bool], width: usize, radius: usize) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{view::Cell, view::View};
+    use crate::view::{Cell, Region, View};
     use glam::DVec3;
     use proptest::prelude::*;
 
@@ -173,7 +168,7 @@ mod tests {
     fn setting() -> (Parallax, Angle) {
         let cell = Cell { centre: DVec3::ZERO, half: DVec3::ONE };
         let view = View::look_at(DVec3::ZERO, -DVec3::Z, DVec3::Y, 0.8, N as u32, N as u32, 0.1, 1000.0);
-        (Parallax::new(&view, &cell), Angle::new(0.8 / N as f64))
+        (Parallax::new(&view, &Region::Box(cell)), Angle::new(0.8 / N as f64))
     }
 
     /// Depths of planes, each pixel showing the one that `which` names.

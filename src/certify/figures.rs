@@ -4,7 +4,7 @@ use super::{classes::ClassCounts, measure::ViewFigures};
 use serde::Serialize;
 
 /// Decimals of a ratio of pixels: a single pixel of a hundred million shows.
-const RATIO_PLACES: i32 = 8;
+pub(super) const RATIO_PLACES: i32 = 8;
 
 /// Rounds to `places` decimals.
 pub(super) fn rounded(x: f64, places: i32) -> f64 {

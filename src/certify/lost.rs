@@ -53,8 +53,7 @@ mod tests {
             edges::{BELOW, RIGHT},
             parallax::{Angle, Parallax},
         },
-        view::Cell,
-        view::View,
+        view::{Cell, Region, View},
     };
     use glam::DVec3;
     use proptest::prelude::*;
@@ -64,7 +63,7 @@ mod tests {
     fn rule(band_px: u32) -> Rule {
         let cell = Cell { centre: DVec3::ZERO, half: DVec3::ONE };
         let view = View::look_at(DVec3::ZERO, -DVec3::Z, DVec3::Y, 0.8, N as u32, N as u32, 0.1, 1000.0);
-        Rule { parallax: Parallax::new(&view, &cell), bound: Angle::new(0.1), band_px }
+        Rule { parallax: Parallax::new(&view, &Region::Box(cell)), bound: Angle::new(0.1), band_px }
     }
 
     fn depths(f: impl Fn(usize, usize) -> f32) -> Vec<f32> {

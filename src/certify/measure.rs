@@ -12,20 +12,19 @@ use crate::{
         Picture,
         measure::{decibel, luminance, mean_within, psnr_within, squared_error, ssim_map},
     },
-    math::{Stop, Stopped},
-    raster::{Backend, Geometry, NOTHING, Nearest, Options, Rendering, Shader, nearest, picture},
-    view::Cell,
-    view::View,
+    math::Stopped,
+    raster::Rendering,
+    runtime::{self, Context, StandIn},
+    view::{Region, View},
 };
-use glam::DVec3;
 
 /// The object's pixels are those of both coverages, dilated by so many pixels to each side.
 const OBJECT_MARGIN: usize = 4;
 
 /// How views are compared.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Setting {
-    pub cell: Cell,
+    pub region: Region,
     /// A pixel's angle, radians.
     pub pixel: f64,
     /// The bound, pixels.
@@ -33,17 +32,16 @@ pub struct Setting {
     pub rendering: Rendering,
 }
 
-/// What one scene shows in a view.
-pub struct Shot {
-    pub nearest: Nearest,
-    pub picture: Picture,
-    /// Luminance of `picture`, [0, 255].
+/// What one scene or stand-in shows in a view.
+pub struct Shot<'a> {
+    pub drawn: runtime::Shot<'a>,
+    /// Luminance of the picture, [0, 255].
     luminance: Vec<f32>,
 }
 
 /// A view of the original with everything that its comparisons share.
-pub struct Reference {
-    pub shot: Shot,
+pub struct Reference<'a> {
+    pub shot: Shot<'a>,
     edges: Vec<u8>,
     rule: Rule,
     pixel: Angle,
@@ -61,7 +59,7 @@ pub struct ViewFigures {
     pub counts: Counts,
     /// See [`super::deviation`]; pixels.
     pub max_deviation: f64,
-    /// See [`back_facing`].
+    /// See [`StandIn::back_facing`].
     pub back_facing: u64,
 }
 
@@ -91,60 +89,67 @@ impl std::fmt::Display for ViewFigures {
     }
 }
 
-impl Shot {
-    pub fn take(
-        backend: &dyn Backend,
-        shader: &Shader,
-        view: &View,
-        rendering: &Rendering,
-        stop: &Stop,
-    ) -> Result<Self, Stopped> {
-        let picture = picture(backend, shader, view, rendering, stop)?;
-        let luminance = picture.texels.iter().map(|t| luminance([t[0].into(), t[1].into(), t[2].into()])).collect();
-        Ok(Self { nearest: nearest(backend, shader.geometry, view, &Options::default(), stop)?, picture, luminance })
+impl<'a> Shot<'a> {
+    pub fn take(scene: &'a dyn StandIn, view: &View, rendering: &Rendering, context: Context) -> Result<Self, Stopped> {
+        let drawn = scene.draw(view, rendering, context)?;
+        let texels = drawn.picture.texels.iter();
+        let luminance = texels.map(|t| luminance([t[0].into(), t[1].into(), t[2].into()])).collect();
+        Ok(Self { drawn, luminance })
+    }
+
+    pub fn picture(&self) -> &Picture {
+        &self.drawn.picture
     }
 
     pub fn surfaces(&self) -> Surfaces<'_> {
-        let n = &self.nearest;
-        Surfaces { width: n.width as usize, depth: &n.depth, triangle: &n.triangle }
+        let width = self.drawn.picture.width as usize;
+        Surfaces { width, depth: &self.drawn.depth, triangle: &self.drawn.surface }
+    }
+
+    /// The discontinuities of what is shown.
+    fn edges(&self, parallax: &Parallax, pixel: Angle) -> Vec<u8> {
+        discontinuities(&self.surfaces(), parallax, pixel, &self.drawn.planes)
     }
 }
 
-impl Reference {
-    pub fn take(
-        backend: &dyn Backend,
-        original: &Shader,
-        view: &View,
-        setting: &Setting,
-        stop: &Stop,
-    ) -> Result<Self, Stopped> {
-        let shot = Shot::take(backend, original, view, &setting.rendering, stop)?;
+impl<'a> Reference<'a> {
+    pub fn take(original: &'a dyn StandIn, view: &View, setting: &Setting, context: Context) -> Result<Self, Stopped> {
+        let shot = Shot::take(original, view, &setting.rendering, context)?;
         let rule = Rule {
-            parallax: Parallax::new(view, &setting.cell),
+            parallax: Parallax::new(view, &setting.region),
             bound: Angle::new(setting.bound_px * setting.pixel),
             band_px: setting.bound_px.ceil() as u32,
         };
         let pixel = Angle::new(setting.pixel);
-        let edges = edges(&shot, original.geometry, view, &rule.parallax, pixel);
+        let edges = shot.edges(&rule.parallax, pixel);
         Ok(Self { shot, edges, rule, pixel })
     }
 
-    /// `geometry` is that of `stand_in`.
-    fn max_deviation(&self, stand_in: &Shot, geometry: &Geometry, view: &View) -> f64 {
-        let edges = edges(stand_in, geometry, view, &self.rule.parallax, self.pixel);
+    fn max_deviation(&self, stand_in: &Shot) -> f64 {
+        let edges = stand_in.edges(&self.rule.parallax, self.pixel);
         let original = Seen { surfaces: self.shot.surfaces(), edges: &self.edges };
         max_deviation(&original, &Seen { surfaces: stand_in.surfaces(), edges: &edges }, &self.rule)
+    }
+
+    /// For each pixel whether the original is there and no capture of `stand_in` saw its surface.
+    pub fn unseen(&self, stand_in: &dyn StandIn, view: &View) -> Vec<bool> {
+        let seen = self.shot.surfaces();
+        let unseen = |i: usize| {
+            let (x, y) = ((i % seen.width) as f64 + 0.5, (i / seen.width) as f64 + 0.5);
+            seen.covered(i) && !stand_in.saw(view.unproject(x, y, seen.depth[i].into()))
+        };
+        (0..seen.depth.len()).map(unseen).collect()
     }
 
     pub fn classes(&self, stand_in: &Shot) -> Classes {
         classify(&self.shot.surfaces(), &stand_in.surfaces(), &self.edges, &self.rule)
     }
 
-    /// `back_facing`: see there. Beside `frame`'s window both scenes show the background alone.
-    pub fn measure(&self, stand_in: &Shot, geometry: &Geometry, frame: &Frame, back_facing: u64) -> ViewFigures {
+    /// `back_facing`: see [`StandIn::back_facing`]. Beside `frame`'s window both show the background alone.
+    pub fn measure(&self, stand_in: &Shot, frame: &Frame, back_facing: u64) -> ViewFigures {
         let (a, b) = (&self.shot, stand_in);
-        let width = a.nearest.width as usize;
         let (sa, sb) = (a.surfaces(), b.surfaces());
+        let width = sa.width;
         let either: Vec<bool> = (0..sa.depth.len()).map(|i| sa.covered(i) || sb.covered(i)).collect();
         let object = dilate_square(&either, width, OBJECT_MARGIN);
         let similarity = ssim_map(&a.luminance, &b.luminance, width);
@@ -156,42 +161,8 @@ impl Reference {
             ssim: (similar + outside) / frame.pixels,
             ssim_object: mean_within(&similarity, &object),
             counts: self.classes(b).counts,
-            max_deviation: self.max_deviation(b, geometry, &frame.window),
+            max_deviation: self.max_deviation(b),
             back_facing,
         }
     }
-}
-
-/// The discontinuities of what `geometry` shows in `shot`.
-fn edges(shot: &Shot, geometry: &Geometry, view: &View, parallax: &Parallax, pixel: Angle) -> Vec<u8> {
-    discontinuities(&shot.surfaces(), parallax, pixel, &|t| plane(geometry, view, t))
-}
-
-/// The k of a triangle's plane, with 1/depth = k·d along the ray direction d in camera axes. Not finite where the plane
-/// holds the eye.
-fn plane(geometry: &Geometry, view: &View, triangle: u32) -> DVec3 {
-    let [a, b, c] = geometry.positions(triangle).map(|p| {
-        let d = p - view.eye;
-        DVec3::new(d.dot(view.right), d.dot(view.up), d.dot(view.forward))
-    });
-    let n = (b - a).cross(c - a);
-    n / n.dot(a)
-}
-
-/// Pixels that would show the back of a single-sided material if it were drawn. Engines do not draw it, nor do the pictures here.
-pub fn back_facing(backend: &dyn Backend, geometry: &Geometry, view: &View, stop: &Stop) -> Result<u64, Stopped> {
-    if geometry.draws().iter().all(|d| d.material.double_sided) {
-        return Ok(0);
-    }
-    let seen = nearest(backend, geometry, view, &Options::BOTH, stop)?;
-    let mut last = (NOTHING, false);
-    let back = |t: &&u32| {
-        if last.0 != **t {
-            let [a, b, c] = geometry.positions(**t);
-            let away = (b - a).cross(c - a).dot(a - view.eye) > 0.0;
-            last = (**t, away && !geometry.material_of(**t).double_sided);
-        }
-        last.1
-    };
-    Ok(seen.triangle.iter().filter(|t| **t != NOTHING).filter(back).count() as u64)
 }

@@ -1,4 +1,4 @@
-//! The certificate: how much a stand-in differs from its original, measured over many views of the view cell.
+//! The certificate: how much a stand-in differs from its original, measured over many views of a region such as the view cell.
 //!
 //! Original and stand-in are always drawn alike: same views, same filter, same background, same shading. Which surface a
 //! pixel sees is decided by depth at its centre and never by colour. The same input gives the same bytes on any number of
@@ -15,20 +15,21 @@ mod figures;
 mod frame;
 mod lost;
 mod measure;
+mod modes;
 mod nearby;
 pub mod parallax;
 mod pictures;
 mod requirements;
 mod shading;
-mod size;
 mod summary;
 pub mod views;
 mod worst;
 
 pub use about::{Better, Helps, Measure, measure, measures};
-pub use certificate::{About, Bound, Camera, Ceiling, Certificate, Flip, StandIn, WorstView};
-pub use compare::{CompareError, Comparison, Context, Options, VIEWS_AT_ONCE, compare};
+pub use certificate::{About, Bound, Camera, Ceiling, Certificate, Flip, Subject, WorstView};
+pub use compare::{CompareError, Comparison, Context, Mode, Options, VIEWS_AT_ONCE, compare};
 pub use figures::{Band, Count, Figures, LostDetail, MeanMax, MeanMin, Total};
+pub use modes::{Everywhere, ModeFigures};
 pub use requirements::{Limits, Requirement, Verdict};
 pub use shading::Choice;
 pub use views::Sampling;

@@ -1,21 +1,17 @@
-//! Depth errors as angles: how far apart two points of one viewing ray are, seen from elsewhere in the view cell.
+//! Depth errors as angles: how far apart two points of one viewing ray are, seen from elsewhere in the region.
 //!
-//! From the eye V itself both points fall on one pixel. From another point C of the cell they are separated by the
-//! angle between P_near − C and P_far − C; the largest one over the cell's eight corners is what a depth error shows as.
+//! From the eye V itself both points fall on one pixel. From another point C of the region they are separated by the
+//! angle between P_near − C and P_far − C; the largest one over the region's extremes (the eight corners of a cell) is what a depth error shows as.
 //! With d the ray's direction and w = V − C, sin α = (z_far − z_near)·|d × w| / (|z_near·d + w|·|z_far·d + w|).
 
-use crate::{
-    certify::views::cell_box,
-    view::Cell,
-    view::{Projection, View},
-};
+use crate::view::{Projection, Region, View};
 use glam::DVec3;
 
-/// The rays of a view's pixels and the cell that they are judged from.
+/// The rays of a view's pixels and the region that they are judged from.
 #[derive(Clone, Debug)]
 pub struct Parallax {
-    /// V − C for each corner C, in camera axes (right, up, forward).
-    offsets: [DVec3; 8],
+    /// V − C for each extreme C, in camera axes (right, up, forward).
+    offsets: Vec<DVec3>,
     /// The longest of them.
     reach: f64,
     width: usize,
@@ -38,11 +34,12 @@ impl Angle {
 
 impl Parallax {
     /// `view` is a perspective one: certificates have no others.
-    pub fn new(view: &View, cell: &Cell) -> Self {
-        let offsets = cell_box(cell).corners().map(|corner| {
+    pub fn new(view: &View, region: &Region) -> Self {
+        let offset = |corner: DVec3| {
             let w = view.eye - corner;
             DVec3::new(w.dot(view.right), w.dot(view.up), w.dot(view.forward))
-        });
+        };
+        let offsets: Vec<DVec3> = region.extremes().into_iter().map(offset).collect();
         let (Projection::Perspective { left, right, bottom, top }
         | Projection::Orthographic { left, right, bottom, top }) = view.projection;
         Self {
@@ -87,6 +84,7 @@ impl Parallax {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::view::Cell;
     use proptest::prelude::*;
 
     proptest! {
@@ -104,13 +102,13 @@ mod tests {
             let far = near + gap;
             let (x, y) = ((pixel % 64) as f64 + 0.5, (pixel / 64) as f64 + 0.5);
             let (p, q) = (view.unproject(x, y, near.into()), view.unproject(x, y, far.into()));
-            let most = cell_box(&cell)
+            let most = cell
                 .corners()
                 .iter()
                 .map(|c| (p - *c).angle_between(q - *c))
                 .fold(0.0, f64::max);
             prop_assume!((most - limit).abs() > 1e-6);
-            let deeper = Parallax::new(&view, &cell).deeper(pixel, near, far, Angle::new(limit));
+            let deeper = Parallax::new(&view, &Region::Box(cell)).deeper(pixel, near, far, Angle::new(limit));
             prop_assert_eq!(deeper, most > limit, "{} {}", most, limit);
         }
     }
@@ -119,7 +117,7 @@ mod tests {
     fn nothing_lies_behind_everything() {
         let cell = Cell { centre: DVec3::ZERO, half: DVec3::ONE };
         let view = View::look_at(DVec3::ZERO, -DVec3::Z, DVec3::Y, 0.9, 8, 8, 0.1, 100.0);
-        let (p, angle) = (Parallax::new(&view, &cell), Angle::new(0.1));
+        let (p, angle) = (Parallax::new(&view, &Region::Box(cell)), Angle::new(0.1));
         assert!(p.deeper(3, 5.0, f32::INFINITY, angle));
         assert!(!p.deeper(3, f32::INFINITY, f32::INFINITY, angle));
         assert!(!p.deeper(3, f32::INFINITY, 5.0, angle));

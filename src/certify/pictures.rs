@@ -96,7 +96,7 @@ pub struct Caption {
 
 /// The picture of one view. The window is cropped to what either scene covers.
 pub fn sheet(original: &Reference, stand_in: &Shot, focus: Focus, caption: &Caption) -> Picture {
-    let (a, b) = (&original.shot.picture, &stand_in.picture);
+    let (a, b) = (original.shot.picture(), stand_in.picture());
     let classes = original.classes(stand_in);
     let width = a.width as usize;
     let covered: Vec<bool> =

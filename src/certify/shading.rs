@@ -1,10 +1,10 @@
 //! Which shading original and stand-in are compared under: always the same for both.
 
-use super::views::{Sampling, cell_box};
+use super::views::Sampling;
 use crate::{
     raster::{Light, Noise, Shading},
-    scene::{Alpha, Scene},
-    view::Cell,
+    scene::Scene,
+    view::Region,
 };
 
 /// What the user may ask for.
@@ -25,9 +25,9 @@ pub enum Choice {
 const PATTERN_PX: f64 = 16.0;
 
 /// The shading, and the certificate's words for it.
-pub fn choose(choice: Choice, original: &Scene, cell: &Cell, sampling: &Sampling) -> (Shading, String) {
+pub fn choose(choice: Choice, original: &Scene, region: &Region, sampling: &Sampling) -> (Shading, String) {
     match choice {
-        Choice::Auto if colorless(original) => choose(Choice::Noise, original, cell, sampling),
+        Choice::Auto if colorless(original) => choose(Choice::Noise, original, region, sampling),
         Choice::Auto | Choice::Unlit => (Shading::Unlit, "unlit: base colour".into()),
         Choice::Lit => {
             let light = Light::default();
@@ -41,7 +41,7 @@ pub fn choose(choice: Choice, original: &Scene, cell: &Cell, sampling: &Sampling
             (Shading::Lit(light), text)
         }
         Choice::Noise => {
-            let (eyes, target) = (cell_box(cell), original.bounds());
+            let (eyes, target) = (region.bounds(), original.bounds());
             let distance = eyes.centre().distance(target.centre()).max(0.5 * target.diagonal());
             let period = PATTERN_PX * sampling.pixel_angle() * distance;
             (
@@ -61,9 +61,4 @@ pub fn colorless(scene: &Scene) -> bool {
             && p.mesh.colors.windows(2).all(|c| c[0] == c[1])
             && Some(p.material.base_color) == first
     })
-}
-
-/// Some material blends; the rasteriser draws it as a mask at 0.5.
-pub fn blends(scene: &Scene) -> bool {
-    scene.objects.iter().flat_map(|o| &o.parts).any(|p| p.material.alpha == Alpha::Blend)
 }

@@ -4,9 +4,10 @@ use super::*;
 use crate::{
     array::Array,
     math::Stop,
-    raster::Cpu,
+    raster::{Cpu, Geometry},
+    runtime::SceneStandIn,
     scene::{Material, Mesh, Object, Part, Scene},
-    view::Cell,
+    view::{Cell, Region},
 };
 use glam::{DVec3, Mat4, Vec3};
 use std::sync::Arc;
@@ -58,7 +59,7 @@ fn options(bound: f64) -> Options {
         samples_per_axis: 2,
         shading: Choice::Auto,
         bound: Bound { kind: "test".into(), value: bound, unit: "px".into(), held: false },
-        stand_in: StandIn { name: String::new(), blake3: String::new() },
+        stand_in: Subject { name: String::new(), blake3: String::new() },
         bytes: 0,
         ceiling_views: 64,
     }
@@ -66,7 +67,21 @@ fn options(bound: f64) -> Options {
 
 fn run(a: &Scene, b: &Scene, ceiling: Option<&Scene>, bound: f64) -> Result<Comparison, CompareError> {
     let context = Context { backend: &Cpu, stop: &Stop::default(), progress: &|_, _| {} };
-    compare(a, b, ceiling, &CELL, &options(bound), context)
+    compared(a, b, ceiling, &options(bound), context)
+}
+
+/// Two scenes compared as the command line does, from [`CELL`].
+fn compared(
+    original: &Scene,
+    stand_in: &Scene,
+    ceiling: Option<&Scene>,
+    options: &Options,
+    context: Context,
+) -> Result<Comparison, CompareError> {
+    let geometry = Geometry::new(stand_in);
+    let drawn = SceneStandIn::new(stand_in, &geometry);
+    let modes = [Mode { name: String::new(), stand_in: &drawn }];
+    compare(original, &modes, ceiling, &Region::Box(CELL), options, context)
 }
 
 fn judge(original: &Scene, stand_in: &Scene, bound: f64) -> Certificate {
@@ -298,10 +313,7 @@ fn any_number_of_samples_is_compared() {
     for samples_per_axis in [1, 2, 3, 5, 6] {
         let options = Options { samples_per_axis, ..options(2.0) };
         let context = Context { backend: &Cpu, stop: &Stop::default(), progress: &|_, _| {} };
-        assert_eq!(
-            compare(&s, &s, None, &CELL, &options, context).unwrap().certificate.verdict,
-            Verdict::Indistinguishable
-        );
+        assert_eq!(compared(&s, &s, None, &options, context).unwrap().certificate.verdict, Verdict::Indistinguishable);
     }
 }
 
@@ -314,7 +326,7 @@ fn the_views_that_are_done_are_told() {
         *most = (most.0.max(done), total);
     };
     let context = Context { backend: &Cpu, stop: &Stop::default(), progress: &progress };
-    compare(&s, &s, None, &CELL, &options(2.0), context).unwrap();
+    compared(&s, &s, None, &options(2.0), context).unwrap();
     assert_eq!(*most.lock().unwrap(), (9, 9));
 }
 

@@ -1,24 +1,23 @@
-//! From where a stand-in is judged: views drawn from the whole view cell.
+//! From where a stand-in is judged: views drawn from the whole region, such as a view cell.
 //!
-//! The eight corners of the cell come first, because errors peak there; the rest follow a low-discrepancy sequence
-//! over the cell. Every picture has the same field of view and resolution, so that a pixel subtends the angle
+//! The region's extremes come first (the eight corners of a cell), because errors peak there; the rest follow a low-discrepancy
+//! sequence over the region. Every picture has the same field of view and resolution, so that a pixel subtends the angle
 //! δ = 2·tan(fov/2)/resolution that the stand-in was made for, wherever it looks:
 //! - at the centre of the selection's box, where the selection fits into the picture from there;
 //! - in an axis of the picture in which it does not fit, the sequence turns the view over the angles that the
 //!   selection spans, so that all of it is judged by some view;
-//! - where the selection lies around the cell, the sequence chooses among the directions in which it is seen.
+//! - where the selection lies around the region, the sequence chooses among the directions in which it is seen.
 
 use crate::{
     math::{Aabb, Sequence},
-    view::Cell,
-    view::View,
+    view::{Region, View},
 };
 use glam::DVec3;
 
 /// How views are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
-    /// Number of views; the eight corners are always among them, so at least 8 are drawn.
+    /// Number of views; the region's extremes (a cell's eight corners) are always among them, so at least as many are drawn.
     pub views: u32,
     pub seed: u64,
     /// Width and height of a picture in pixels.
@@ -34,38 +33,30 @@ impl Sampling {
     }
 }
 
-/// A selection whose box spans more than this from the direction to its centre, seen from a corner of the cell, counts
-/// as lying around the cell.
+/// A selection whose box spans more than this from the direction to its centre, seen from an extreme of the region,
+/// counts as lying around the region.
 const AROUND: f64 = 80.0 * std::f64::consts::PI / 180.0;
 
-/// The box of a cell.
-pub fn cell_box(cell: &Cell) -> Aabb {
-    Aabb { min: cell.centre - cell.half, max: cell.centre + cell.half }
-}
-
 /// True where some of the selection lies so far aside of its centre that one direction cannot aim at all of it.
-pub fn surrounds(cell: &Cell, selection: &Aabb) -> bool {
+pub fn surrounds(region: &Region, selection: &Aabb) -> bool {
     let limit = libm::cos(AROUND);
-    cell_box(cell).corners().iter().any(|eye| {
+    region.extremes().iter().any(|eye| {
         let forward = (selection.centre() - *eye).normalize_or_zero();
         selection.corners().iter().any(|p| (*p - *eye).normalize_or_zero().dot(forward) < limit)
     })
 }
 
 /// The views. `selection` bounds the original, `all` original and stand-in; neither is empty.
-/// `seen`: directions from the cell's centre in which the original is seen, with their solid angles; used where
-/// the selection [`surrounds`] the cell and then not empty.
-pub fn draw(cell: &Cell, selection: &Aabb, all: &Aabb, seen: &[(DVec3, f64)], sampling: &Sampling) -> Vec<View> {
-    let around = surrounds(cell, selection) && !seen.is_empty();
+/// `seen`: directions from the region's middle in which the original is seen, with their solid angles; used where
+/// the selection [`surrounds`] the region and then not empty.
+pub fn draw(region: &Region, selection: &Aabb, all: &Aabb, seen: &[(DVec3, f64)], sampling: &Sampling) -> Vec<View> {
+    let around = surrounds(region, selection) && !seen.is_empty();
     let sequence = Sequence::<5>::new(sampling.seed);
-    let corners = cell_box(cell).corners();
-    (0..sampling.views.max(8))
+    let first = region.extremes();
+    (0..sampling.views.max(first.len() as u32))
         .map(|i| {
             let u = sequence.point(i);
-            let eye = match corners.get(i as usize) {
-                Some(corner) => *corner,
-                None => cell.centre + cell.half * (DVec3::new(u[0], u[1], u[2]) * 2.0 - 1.0),
-            };
+            let eye = first.get(i as usize).copied().unwrap_or_else(|| region.eye([u[0], u[1], u[2]]));
             let forward = if around { pick(seen, u[3]) } else { aim(eye, selection, sampling.fov, [u[3], u[4]]) };
             let (near, far) = depths(eye, all, sampling.fov);
             let n = sampling.resolution;
@@ -124,11 +115,14 @@ fn depths(eye: DVec3, all: &Aabb, fov: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::view::Cell;
 
     const SAMPLING: Sampling = Sampling { views: 40, seed: 7, resolution: 64, fov: 0.785 };
 
-    fn cell() -> Cell {
-        Cell { centre: DVec3::ZERO, half: DVec3::new(1.0, 2.0, 3.0) }
+    const CELL: Cell = Cell { centre: DVec3::ZERO, half: DVec3::new(1.0, 2.0, 3.0) };
+
+    fn region() -> Region {
+        Region::Box(CELL)
     }
 
     fn cube(centre: DVec3, half: f64) -> Aabb {
@@ -138,18 +132,18 @@ mod tests {
     #[test]
     fn corners_come_first_and_all_eyes_lie_in_the_cell() {
         let target = cube(DVec3::new(0.0, 0.0, -40.0), 5.0);
-        let views = draw(&cell(), &target, &target, &[], &SAMPLING);
+        let views = draw(&region(), &target, &target, &[], &SAMPLING);
         assert_eq!(views.len(), 40);
-        for (view, corner) in views.iter().zip(cell_box(&cell()).corners()) {
+        for (view, corner) in views.iter().zip(CELL.corners()) {
             assert_eq!(view.eye, corner);
         }
-        assert!(views.iter().all(|v| (v.eye.abs().cmple(cell().half)).all()));
+        assert!(views.iter().all(|v| (v.eye.abs().cmple(CELL.half)).all()));
     }
 
     #[test]
     fn a_selection_that_fits_is_whole_in_every_picture() {
         let target = cube(DVec3::new(3.0, -2.0, -40.0), 5.0);
-        for v in draw(&cell(), &target, &target, &[], &SAMPLING) {
+        for v in draw(&region(), &target, &target, &[], &SAMPLING) {
             for p in target.corners() {
                 let (x, y, z) = v.project(p);
                 assert!((0.0..=64.0).contains(&x) && (0.0..=64.0).contains(&y), "{x} {y}");
@@ -161,7 +155,7 @@ mod tests {
     #[test]
     fn a_wide_selection_is_covered_by_the_views_together() {
         let target = Aabb { min: DVec3::new(-60.0, -2.0, -45.0), max: DVec3::new(60.0, 2.0, -40.0) };
-        let views = draw(&cell(), &target, &target, &[], &SAMPLING);
+        let views = draw(&region(), &target, &target, &[], &SAMPLING);
         for i in 0..=20 {
             let p = DVec3::new(-60.0 + 6.0 * f64::from(i), 0.0, -40.0);
             let seen = views.iter().any(|v| {
@@ -175,9 +169,9 @@ mod tests {
     #[test]
     fn a_cell_inside_its_selection_looks_where_it_is_seen() {
         let target = cube(DVec3::ZERO, 10.0);
-        assert!(surrounds(&cell(), &target));
+        assert!(surrounds(&region(), &target));
         let seen = [(DVec3::X, 1.0), (-DVec3::X, 3.0)];
-        let views = draw(&cell(), &target, &target, &seen, &SAMPLING);
+        let views = draw(&region(), &target, &target, &seen, &SAMPLING);
         let left = views.iter().filter(|v| v.forward.distance(-DVec3::X) < 1e-9).count();
         assert!((27..=33).contains(&left), "{left} of 40");
     }

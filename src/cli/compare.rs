@@ -2,13 +2,15 @@
 
 use super::{Done, Exit, backend::BackendArgs, interrupt, print, terminal, verdict};
 use crate::{
-    certify::{self, Bound, Choice, CompareError, Comparison, Context, Sampling, StandIn},
+    certify::{self, Bound, Choice, CompareError, Comparison, Context, Mode, Sampling, Subject},
     formats::{self, DiskFiles, Limits},
     image::encode_png,
     math::Stop,
+    raster::Geometry,
     regular,
+    runtime::SceneStandIn,
     scene::{Scene, builtin},
-    view::Cell,
+    view::{Cell, Region},
 };
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -114,7 +116,7 @@ pub fn run(args: &Args) -> Done {
             Shading::Noise => Choice::Noise,
         },
         bound: Bound { kind: "given on the command line".into(), value: args.bound, unit: "px".into(), held: false },
-        stand_in: StandIn {
+        stand_in: Subject {
             name: args.stand_in.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
             blake3: if bytes.is_empty() { String::new() } else { blake3::hash(&bytes).to_hex().to_string() },
         },
@@ -128,7 +130,11 @@ pub fn run(args: &Args) -> Done {
         bar.set_position(done);
     };
     let context = Context { backend: backend.raster(), stop: &stop, progress: &progress };
-    let comparison = certify::compare(&original, &stand_in, ceiling.as_ref(), &args.cell, &options, context);
+    let geometry = Geometry::new(&stand_in);
+    let drawn = SceneStandIn::new(&stand_in, &geometry);
+    let modes = [Mode { name: String::new(), stand_in: &drawn }];
+    let region = Region::Box(args.cell);
+    let comparison = certify::compare(&original, &modes, ceiling.as_ref(), &region, &options, context);
     bar.finish_and_clear();
     backend.warn();
     let comparison = comparison.map_err(|e| Exit::say(exit_code(&e), e))?;

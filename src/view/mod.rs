@@ -2,6 +2,8 @@
 
 mod camera;
 mod cell;
+mod region;
 
 pub use camera::{Projection, View};
 pub use cell::Cell;
+pub use region::Region;
