@@ -284,11 +284,14 @@ fn check_files(plan: &Plan, out: &Path) -> Result<(), EngineError> {
         return Err(EngineError::publish(&out.join(&plan.name), format!("the pipeline's name {what}")));
     }
     for file in &plan.files {
-        if let Some(what) = names::bad_path(&file.path.replace("{name}", "name")) {
+        let path = file.path.replace("{name}", "name");
+        let path = if file.folder().is_some() { path.trim_end_matches('/') } else { &path };
+        if let Some(what) = names::bad_path(path).filter(|_| file.folder() != Some("")) {
             return Err(EngineError::publish(Path::new(&file.path), what));
         }
     }
-    let paths = plan.files.iter().map(|f| f.path.as_str());
+    // What a bundle holds is known when it is there.
+    let paths = plan.files.iter().filter(|f| f.folder().is_none()).map(|f| f.path.as_str());
     match names::collision(paths) {
         Some((a, b)) => {
             let (a, b) = names::told_apart(a, b);

@@ -6,7 +6,7 @@ use super::{
     events::Event,
     hash::Digest,
     node::PortSpec,
-    plan::{File, OutputRef, Plan},
+    plan::{Bundle, File, OutputRef, Plan, Publish},
     publish::{self, Folder, FolderLock, Manifest, NOTE, Publication, Wanted, guard::Guard, is_read_only, names},
     record::{BakeRecord, Measured, PublishedFile},
     require,
@@ -18,6 +18,7 @@ use crate::{
 };
 use serde_json::json;
 use std::{
+    any::Any,
     collections::BTreeMap,
     fmt::Write as _,
     path::{Path, PathBuf},
@@ -50,8 +51,8 @@ pub fn check_targets(
     let guard = Guard::new(plan.texts.iter().cloned().chain(plan.nodes.iter().flat_map(roots)));
     let folder = Folder { root: &options.out, path: &path, guard: &guard, overwrite: options.overwrite };
     let known: BTreeMap<&str, Digest> = previous.files.iter().map(|f| (f.path.as_str(), f.file)).collect();
-    let single = plan.files.iter().map(|f| f.path.as_str()).filter(|path| !path.contains("{name}"));
-    folder.check(single, |path| known.get(path).copied(), cache)
+    let single = plan.files.iter().filter(|f| f.folder().is_none() && !f.path.contains("{name}"));
+    folder.check(single.map(|f| f.path.as_str()), |path| known.get(path).copied(), cache)
 }
 
 /// The files that a node's parameters name.
@@ -76,37 +77,49 @@ pub fn publish_all(
     if !baked.unmet.is_empty() {
         baked.folder = rejected.clone();
     }
+    let mut noted: Noted = BTreeMap::new();
+    for f in &previous.files {
+        noted.entry(f.value).or_default().insert(&f.part, (f.file, f.size));
+    }
     let mut files = Vec::new();
     for publish in &plan.files {
         for row in schedule.rows(publish.from)?.iter() {
+            let (name, value) = (row.name.clone(), row.value.hash);
             let fail = |what: String| EngineError::publish(&baked.folder.join(&publish.path), what);
-            let path = names::expand(&publish.path, &row.name).map_err(fail)?;
-            if let Some(what) = names::bad_path(&path) {
-                return Err(fail(what));
+            let expanded = names::expand(publish.folder().unwrap_or(&publish.path), &name).map_err(fail)?;
+            for (part, known) in parts(schedule, &noted, publish, &name, value)? {
+                let path = format!("{expanded}{part}");
+                if let Some(what) = names::bad_path(&path) {
+                    return Err(fail(what));
+                }
+                files.push(Outgoing { path, from: publish.from, row: name.clone(), value, part, known });
             }
-            files.push((path, publish.from, row.clone()));
         }
     }
-    if let Some((a, b)) = names::collision(files.iter().map(|(path, ..)| path.as_str())) {
+    if let Some((a, b)) = names::collision(files.iter().map(|f| f.path.as_str())) {
         let (a, b) = names::told_apart(a, b);
         return Err(EngineError::publish(Path::new(&*b), format!("it collides with `{a}`")));
     }
-    // A file's own hash is known from the last bake, or its value is read.
-    let known: BTreeMap<Digest, &PublishedFile> = previous.files.iter().map(|f| (f.value, f)).collect();
     let mut wanted = Vec::new();
-    let mut loaded: BTreeMap<usize, Arc<File>> = BTreeMap::new();
-    for (at, (path, from, row)) in files.iter().enumerate() {
-        let (file, size) = match known.get(&row.value.hash) {
-            Some(known) => (known.file, known.size),
+    let mut loaded: BTreeMap<usize, Vec<u8>> = BTreeMap::new();
+    for (at, out) in files.iter().enumerate() {
+        let (file, size) = match out.known {
+            Some(known) => known,
             None => {
-                let file = load(schedule, *from, &row.name, row.value.hash)?;
-                let known = (Digest::of(&file.bytes), file.bytes.len() as u64);
-                loaded.insert(at, file);
+                let bytes = out.bytes(schedule)?;
+                let known = (Digest::of(&bytes), bytes.len() as u64);
+                loaded.insert(at, bytes);
                 known
             }
         };
-        baked.record.files.push(PublishedFile { path: path.clone(), value: row.value.hash, file, size });
-        wanted.push(Wanted { path: path.clone(), file, size });
+        baked.record.files.push(PublishedFile {
+            path: out.path.clone(),
+            part: out.part.clone(),
+            value: out.value,
+            file,
+            size,
+        });
+        wanted.push(Wanted { path: out.path.clone(), file, size });
     }
     baked.lock = folder_lock(schedule, &options.out, &plan.name, stop)?;
     let lock = baked.lock.as_ref();
@@ -120,11 +133,11 @@ pub fn publish_all(
         schedule.tell(&text);
     }
     for at in publication.missing.clone() {
-        let file = match loaded.remove(&at) {
-            Some(file) => file,
-            None => load(schedule, files[at].1, &files[at].2.name, files[at].2.value.hash)?,
+        let bytes = match loaded.remove(&at) {
+            Some(bytes) => bytes,
+            None => files[at].bytes(schedule)?,
         };
-        publication.stage(at, &file.bytes)?;
+        publication.stage(at, &bytes)?;
     }
     let written = publication.missing.clone();
     publication.finish(schedule.cache)?;
@@ -187,7 +200,10 @@ fn judge(schedule: &mut Schedule, previous: &BakeRecord, baked: &mut Baked) -> R
             let known = previous.measured.iter().find(|m| m.certificate == certificate && m.path == requirement.path);
             let number = match known {
                 Some(known) => known.number,
-                None => require::number(&*load(schedule, requirement.from, &row.name, certificate)?, &requirement.path),
+                None => require::number(
+                    &*load::<File>(schedule, requirement.from, &row.name, certificate)?,
+                    &requirement.path,
+                ),
             };
             baked.record.measured.push(Measured { certificate, path: requirement.path.clone(), number });
             let rejected = baked.folder.join(REJECTED);
@@ -200,8 +216,59 @@ fn judge(schedule: &mut Schedule, previous: &BakeRecord, baked: &mut Baked) -> R
     Ok(())
 }
 
-/// A `File` value; made again where the cache has lost it.
-fn load(schedule: &mut Schedule, from: OutputRef, row: &str, hash: Digest) -> Result<Arc<File>, EngineError> {
+/// A file on its way out: a `File` value, or a part of a `Bundle`.
+struct Outgoing {
+    /// Below the output folder.
+    path: String,
+    from: OutputRef,
+    row: Arc<str>,
+    value: Digest,
+    /// Its path within its bundle; empty where the value is the file.
+    part: String,
+    /// Hash and size of its bytes, where the last bake noted them.
+    known: Option<(Digest, u64)>,
+}
+
+impl Outgoing {
+    fn bytes(&self, schedule: &mut Schedule) -> Result<Vec<u8>, EngineError> {
+        if self.part.is_empty() {
+            return Ok(load::<File>(schedule, self.from, &self.row, self.value)?.bytes.clone());
+        }
+        let bundle = load::<Bundle>(schedule, self.from, &self.row, self.value)?;
+        let file = bundle.files().get(&self.part);
+        Ok(file.ok_or_else(|| EngineError::Again(format!("a bundle lost its file `{}`", self.part)))?.bytes.clone())
+    }
+}
+
+/// What the last bake published, by value and by path within it: hashes and sizes.
+type Noted<'a> = BTreeMap<Digest, BTreeMap<&'a str, (Digest, u64)>>;
+
+/// The files that one value of an entry of `[files]` gives: paths within the value, and hash and size where they are known. A bundle's are
+/// known from the last bake, or it is read.
+fn parts(
+    schedule: &mut Schedule,
+    noted: &Noted,
+    publish: &Publish,
+    row: &str,
+    value: Digest,
+) -> Result<Vec<(String, Option<(Digest, u64)>)>, EngineError> {
+    if let Some(noted) = noted.get(&value) {
+        return Ok(noted.iter().map(|(part, known)| ((*part).to_owned(), Some(*known))).collect());
+    }
+    if publish.folder().is_none() {
+        return Ok(vec![(String::new(), None)]);
+    }
+    let bundle = load::<Bundle>(schedule, publish.from, row, value)?;
+    Ok(bundle.files().keys().map(|part| (part.clone(), None)).collect())
+}
+
+/// A published value; made again where the cache has lost it.
+fn load<T: Any + Send + Sync>(
+    schedule: &mut Schedule,
+    from: OutputRef,
+    row: &str,
+    hash: Digest,
+) -> Result<Arc<T>, EngineError> {
     let plan = schedule.plan;
     let spec: &PortSpec = &plan.nodes[from.node.0 as usize].kind.spec().outputs[from.port as usize];
     loop {

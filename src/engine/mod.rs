@@ -8,6 +8,7 @@ mod deliver;
 pub mod elements;
 pub mod error;
 pub mod events;
+pub mod file;
 pub mod hash;
 pub mod key;
 mod lookup;

@@ -1,6 +1,7 @@
 //! The plan: a checked pipeline, ready to run. Everything in it has passed validation: ports exist and agree in type
 //! and arity, parameters are typed, there is no cycle, nodes come after what they read.
 
+pub use super::file::{Bundle, File};
 use super::{
     artifact::{Artifact, DecodeError, Decoder, Encoder},
     node::Kind,
@@ -77,10 +78,18 @@ pub struct PlanInput {
 /// One entry of `[files]`.
 #[derive(Clone, Debug)]
 pub struct Publish {
-    /// Path below the output folder with `/`; `{name}` stands for the element's name where `from` is a list.
+    /// Path below the output folder with `/`; `{name}` stands for the element's name where `from` is a list. A bundle's is that of a
+    /// folder and ends with `/`; `./` is the output folder itself.
     pub path: String,
-    /// An output of type `File`.
+    /// An output of type `File` or `Bundle`.
     pub from: OutputRef,
+}
+
+impl Publish {
+    /// The folder of a bundle: empty, or ending with `/`. `None` for a file.
+    pub fn folder(&self) -> Option<&str> {
+        self.path.ends_with('/').then(|| if self.path == "./" { "" } else { &*self.path })
+    }
 }
 
 /// One bound from `[require]`.
@@ -106,25 +115,5 @@ impl Artifact for Relation {
     }
     fn decode(data: &Decoder) -> Result<Self, DecodeError> {
         Ok(Self(data.json("names")?))
-    }
-}
-
-/// Bytes that leave the engine as a file. `[files]` publishes values of this type.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct File {
-    /// Such as `model/gltf-binary`.
-    pub media_type: String,
-    pub bytes: Vec<u8>,
-}
-
-impl Artifact for File {
-    const TYPE: &'static str = "File";
-    const FORMAT: u32 = 1;
-    fn encode(&self, out: &mut Encoder) {
-        out.json("media_type", &self.media_type);
-        out.bytes("bytes", self.bytes.clone());
-    }
-    fn decode(data: &Decoder) -> Result<Self, DecodeError> {
-        Ok(Self { media_type: data.json("media_type")?, bytes: data.bytes("bytes")?.to_vec() })
     }
 }

@@ -78,6 +78,8 @@ pub struct NodeTrace {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PublishedFile {
     pub path: String,
+    /// Its path within the bundle that the value is; empty where the value is the file.
+    pub part: String,
     /// The stored value it was made from.
     pub value: Digest,
     /// Of the file's own bytes.
@@ -234,6 +236,7 @@ impl BakeRecord {
         });
         w.list(&self.files, |w, f| {
             w.str(&f.path);
+            w.str(&f.part);
             w.digest(&f.value);
             w.digest(&f.file);
             w.u64(f.size);
@@ -263,7 +266,13 @@ impl BakeRecord {
             })
         };
         let file = |r: &mut Reader| {
-            Some(PublishedFile { path: r.str()?.to_owned(), value: r.digest()?, file: r.digest()?, size: r.u64()? })
+            Some(PublishedFile {
+                path: r.str()?.to_owned(),
+                part: r.str()?.to_owned(),
+                value: r.digest()?,
+                file: r.digest()?,
+                size: r.u64()?,
+            })
         };
         let measured = |r: &mut Reader| {
             Some(Measured { certificate: r.digest()?, path: r.str()?.to_owned(), number: r.option(Reader::f64)? })

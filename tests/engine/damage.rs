@@ -75,7 +75,7 @@ fn a_small_value_that_is_gone_is_made_again_when_it_is_wanted() {
     };
     let sum = |changed: i64| (0..50).map(|i| if i == changed { 1 } else { i * i }).sum::<i64>();
     ok(&t.bake(&plan(3, 0)));
-    let db = rusqlite::Connection::open(t.path("cache/index-3.sqlite")).unwrap();
+    let db = rusqlite::Connection::open(t.path("cache/index-4.sqlite")).unwrap();
     assert!(db.execute("DELETE FROM value WHERE rowid % 3 = 0", []).unwrap() > 20);
     drop(db);
     // The list is made anew, and most of its values were there before.
@@ -129,7 +129,7 @@ fn a_damaged_index_is_set_aside() {
     let plan = squares(&(0..200).collect::<Vec<_>>(), 0);
     t.bake(&plan);
     let before = tree(&t.path("out"));
-    let index = t.path("cache/index-3.sqlite");
+    let index = t.path("cache/index-4.sqlite");
     let good = fs::read(&index).unwrap();
     for (from, to) in [(0, 100), (100, 4096), (4096, good.len()), (good.len() / 2, good.len() / 2 + 3000)] {
         let mut bad = good.clone();
@@ -272,7 +272,7 @@ fn flipped_bits_of_an_index_change_no_output_and_do_not_last() {
     let t = Bench::new();
     ok(&t.bake(&reads_all(0)));
     let before = tree(&t.path("out"));
-    let index = t.path("cache/index-3.sqlite");
+    let index = t.path("cache/index-4.sqlite");
     let db = rusqlite::Connection::open(&index).unwrap();
     db.execute_batch("PRAGMA journal_mode = DELETE; PRAGMA page_size = 512; VACUUM; PRAGMA journal_mode = WAL;")
         .unwrap();
@@ -284,7 +284,7 @@ fn flipped_bits_of_an_index_change_no_output_and_do_not_last() {
         let mut bad = good.clone();
         bad[at] ^= 1 << (at / step % 8);
         for suffix in ["-wal", "-shm"] {
-            let _ = fs::remove_file(t.path(&format!("cache/index-3.sqlite{suffix}")));
+            let _ = fs::remove_file(t.path(&format!("cache/index-4.sqlite{suffix}")));
         }
         fs::write(&index, bad).unwrap();
         for pad in [0, 1, 0] {
@@ -347,7 +347,7 @@ fn what_a_sweep_left_behind_goes_with_the_next() {
     let t = Bench::new();
     ok(&t.bake(&squares(&[1, 2, 3], 50_000)));
     // As after a kill between the sweep's decision and its deletions: files that no row leads to.
-    let db = rusqlite::Connection::open(t.path("cache/index-3.sqlite")).unwrap();
+    let db = rusqlite::Connection::open(t.path("cache/index-4.sqlite")).unwrap();
     db.execute_batch("DELETE FROM bake; DELETE FROM run; DELETE FROM map; DELETE FROM value;").unwrap();
     drop(db);
     assert!(!tree(&t.path("cache/values")).is_empty());
@@ -363,7 +363,7 @@ fn a_sweep_that_fails_deletes_no_file() {
     ok(&t.bake(&squares(&[1, 2, 3], 50_000)));
     let before = tree(&t.path("cache/values"));
     // A sweep that cannot write to the index.
-    let db = rusqlite::Connection::open(t.path("cache/index-3.sqlite")).unwrap();
+    let db = rusqlite::Connection::open(t.path("cache/index-4.sqlite")).unwrap();
     db.execute_batch("CREATE TRIGGER no BEFORE DELETE ON value BEGIN SELECT RAISE(FAIL, 'no'); END;").unwrap();
     drop(db);
     let limits = cache::Limits { max_bytes: Some(0), keep_bakes: Some(0), ..Default::default() };

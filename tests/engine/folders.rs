@@ -50,7 +50,7 @@ fn a_folder_with_other_things_is_refused() {
     assert_eq!(tree(&t.path("cache")), before);
     assert!(!t.path("out").exists());
     // A file of our name that is no index makes it no cache.
-    fs::write(t.path("cache/index-3.sqlite"), "SQLite format 3").unwrap();
+    fs::write(t.path("cache/index-4.sqlite"), "SQLite format 3").unwrap();
     let before = tree(&t.path("cache"));
     assert_eq!(refusals(&t).len(), 6);
     assert_eq!(tree(&t.path("cache")), before);
@@ -73,7 +73,7 @@ fn an_empty_folder_becomes_a_cache_and_an_old_cache_is_taken_over() {
     fs::write(t.path("cache/thesis.txt"), "precious").unwrap();
     assert!(refusals(&t)[0].contains("thesis.txt"));
     fs::remove_file(t.path("cache/thesis.txt")).unwrap();
-    let db = rusqlite::Connection::open(t.path("cache/index-3.sqlite")).unwrap();
+    let db = rusqlite::Connection::open(t.path("cache/index-4.sqlite")).unwrap();
     db.execute_batch("CREATE TABLE other(x)").unwrap();
     drop(db);
     refusals(&t);
@@ -125,7 +125,7 @@ fn gc_deletes_only_files_with_names_of_ours() {
     for ours in [format!("tmp/{random}"), format!("bad/{hash}"), format!("values/ab/{hash}")] {
         fs::write(t.path("cache").join(ours), "ours").unwrap();
     }
-    for old in ["index-2.sqlite", "index-3.sqlite.damaged"] {
+    for old in ["index-3.sqlite", "index-4.sqlite.damaged"] {
         fs::write(t.path("cache").join(old), "ours").unwrap();
     }
     // What was touched after the sweep began stays.

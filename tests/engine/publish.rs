@@ -386,3 +386,58 @@ fn bakes_with_different_caches_never_mix_files() {
     }
     assert!(!last.is_empty());
 }
+
+fn bundles(value: i64, extra: bool, folders: &[&str]) -> Plan {
+    let mut b = Builder::default();
+    let c = b.node::<Constant>("c", json!({ "value": value }), &[]);
+    let pack = b.node::<Pack>("pack", json!({ "extra": extra }), &[From::Node(c)]);
+    folders.iter().for_each(|folder| b.file(folder, pack));
+    b.plan()
+}
+
+#[test]
+fn a_bundle_is_published_below_its_folder() {
+    let t = Bench::new();
+    let r = t.bake(&bundles(4, true, &["a/", "./"]));
+    ok(&r);
+    assert_eq!(r.published.len(), 6);
+    for folder in ["", "a/"] {
+        assert_eq!(t.file(&format!("{folder}main.json")), "4");
+        assert_eq!(t.file(&format!("{folder}parts/even.txt")), "4");
+    }
+    // Nothing to do; then only what differs, and what a bundle no longer holds goes.
+    let again = t.bake(&bundles(4, true, &["a/", "./"]));
+    assert_eq!((again.runs(), again.published.len()), (0, 0));
+    let changed = t.bake(&bundles(5, false, &["a/", "./"]));
+    ok(&changed);
+    assert_eq!(changed.published, ["a/main.json", "main.json"]);
+    assert!(t.path("out/test/parts/even.txt").exists() && !t.path("out/test/parts/extra.txt").exists());
+    // A file that was deleted comes back without a run.
+    fs::remove_file(t.path("out/test/a/parts/even.txt")).unwrap();
+    let mended = t.bake(&bundles(5, false, &["a/", "./"]));
+    assert_eq!((mended.runs(), &mended.published[..]), (0, &["a/parts/even.txt".to_owned()][..]));
+}
+
+#[test]
+fn a_bundle_collides_with_no_other_file() {
+    let t = Bench::new();
+    let mut b = Builder::default();
+    let c = b.node::<Constant>("c", json!({ "value": 1 }), &[]);
+    let pack = b.node::<Pack>("pack", json!({}), &[From::Node(c)]);
+    let print = b.node::<Print>("print", json!({}), &[From::Node(c)]);
+    b.file("a/", pack);
+    b.file("a/Main.json", print);
+    let e = refused(&t, &b.plan(), |_| {});
+    assert!(e.contains("collides"), "{e}");
+}
+
+#[test]
+fn bundles_of_a_list_lie_in_folders_of_their_names() {
+    let t = Bench::new();
+    let mut b = Builder::default();
+    let list = b.node::<MakeList>("list", json!({ "names": ["x", "y"], "values": [2, 3] }), &[]);
+    let pack = b.node::<Pack>("pack", json!({}), &[From::Node(list)]);
+    b.file("each/{name}/", pack);
+    ok(&t.bake(&b.plan()));
+    assert_eq!((t.file("each/x/main.json"), t.file("each/y/main.json")), ("2".into(), "3".into()));
+}

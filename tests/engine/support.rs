@@ -4,7 +4,7 @@ use farfield::{
     engine::{
         artifact::{Artifact, DecodeError, Decoder, Encoder},
         node::{Arity, Ctx, List, Node, NodeError, SourcePath, kind},
-        plan::{Axis, File, NodeId, OutputRef, Plan, PlanInput, PlanNode, Publish, Relation, Requirement},
+        plan::{Axis, Bundle, File, NodeId, OutputRef, Plan, PlanInput, PlanNode, Publish, Relation, Requirement},
     },
     ports,
 };
@@ -80,6 +80,10 @@ ports! { pub struct Related {
 ports! { pub struct Names {
     /// Who neighbours whom.
     names: Arc<Relation>,
+} }
+ports! { pub struct Packed {
+    /// Files.
+    bundle: Arc<Bundle>,
 } }
 ports! { pub struct Out {
     /// A file.
@@ -166,6 +170,18 @@ kinds! {
             Ok(num(main.trim().parse::<i64>().expect("a number") + extra.trim().parse::<i64>().unwrap_or(0)))
         };
     Print "print" () in One out Out => |_, i, _| Ok(file(format!("{}\n{}", i.value.0, "x".repeat(i.value.1))));
+    Pack "pack" (extra: bool) in One out Packed =>
+        |(extra,), i, _| {
+            let text = |text: String| File { media_type: "text/plain".into(), bytes: text.into_bytes() };
+            let mut files = BTreeMap::from([
+                ("main.json".to_owned(), text(format!("{}", i.value.0))),
+                ("parts/even.txt".to_owned(), text(format!("{}", i.value.0 / 2 * 2))),
+            ]);
+            if *extra {
+                files.insert("parts/extra.txt".into(), text("extra".into()));
+            }
+            Ok(Packed { bundle: Arc::new(Bundle::new("main.json", files).map_err(NodeError::Failed)?) })
+        };
     Certify "certify" () in One out Out => |_, i, _| Ok(file(format!("{{\"error\":{{\"max\":{}}}}}", i.value.0)));
 }
 

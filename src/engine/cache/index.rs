@@ -11,8 +11,8 @@ use std::{
 };
 
 /// The number is that of the tables' and records' layout: another layout is another file.
-const LAYOUT: u32 = 3;
-const FILE: &str = "index-3.sqlite";
+const LAYOUT: u32 = 4;
+const FILE: &str = "index-4.sqlite";
 /// Stands in the file once its tables are made.
 const MADE: i64 = 1;
 

@@ -153,7 +153,7 @@ fn survives(root: &Path, known: &Known, what: &str) -> usize {
 
 fn restore(root: &Path, bytes: &[u8]) {
     for suffix in ["", "-wal", "-shm"] {
-        let _ = fs::remove_file(root.join(format!("index-3.sqlite{suffix}")));
+        let _ = fs::remove_file(root.join(format!("index-4.sqlite{suffix}")));
     }
     fs::write(index::path(root), bytes).unwrap();
 }

@@ -44,19 +44,40 @@ pub fn files(draft: &Draft, links: &Links, known: &[Option<NodeAxes>], problems:
     let mut taken: BTreeMap<String, (Place, &str)> = BTreeMap::new();
     let mut files = Vec::new();
     for (path, item) in entries {
-        let checked = check_path(path);
+        let folder = path.ends_with('/');
+        let checked = match path {
+            // The output folder itself.
+            "./" => Ok(()),
+            _ => check_path(path.strip_suffix('/').unwrap_or(path)),
+        };
         let sound = checked.is_ok();
         if let Err((message, help)) = checked {
             problems.push(Problem::at(item.key, format!("[files]: {message}"), "no path for a file").help(help));
-        } else {
+        } else if !folder {
             collide(path, item.key, &mut taken, problems);
         }
         let Some(from) = output("[files]", item, links, problems) else { continue };
         let Some(spec) = links.output(from.0, from.1) else { continue };
-        if spec.ty.name != "File" {
-            let message =
-                format!("[files] publishes values of type File, `{}` is a {}", links.output_name(from), spec.ty.name);
-            let help = links.of_type(usize::MAX, "File");
+        let name = || links.output_name(from);
+        let wrong = match (spec.ty.name, folder) {
+            ("File", false) | ("Bundle", true) => None,
+            ("File", true) => Some((
+                format!("[files]: `{path}` is a folder, `{}` is one file", name()),
+                "a file's path has no `/` at its end".to_owned(),
+            )),
+            ("Bundle", false) => Some((
+                format!("[files]: `{path}` is one file, `{}` is a bundle of files", name()),
+                format!("a folder's path ends with `/`: \"{path}/\", or \"./\" for the output folder itself"),
+            )),
+            (other, _) => Some((
+                format!("[files] publishes values of type File or Bundle, `{}` is a {other}", name()),
+                match links.of_type(usize::MAX, "Bundle") {
+                    bundles if folder => bundles,
+                    _ => links.of_type(usize::MAX, "File"),
+                },
+            )),
+        };
+        if let Some((message, help)) = wrong {
             problems.push(Problem::at(item.place, message, format!("a {}", spec.ty.name)).help(help));
             continue;
         }
@@ -67,7 +88,12 @@ pub fn files(draft: &Draft, links: &Links, known: &[Option<NodeAxes>], problems:
                 let message = format!("`{}` is a list of files, which need different paths", links.output_name(from));
                 let (stem, end) = path.rsplit_once('.').unwrap_or((path, ""));
                 let dot = if end.is_empty() { "" } else { "." };
-                let help = format!("{{name}} stands for the element's name: \"{stem}-{{name}}{dot}{end}\"");
+                let better = if folder {
+                    format!("{}{{name}}/", path.strip_prefix("./").unwrap_or(path))
+                } else {
+                    format!("{stem}-{{name}}{dot}{end}")
+                };
+                let help = format!("{{name}} stands for the element's name: \"{better}\"");
                 problems.push(Problem::at(item.key, message, "one path for many files").help(help));
             }
             (true, true) => {
