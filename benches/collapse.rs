@@ -5,7 +5,7 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use farfield::{
     math::Stop,
-    nodes::collapse::{quadric, voxel_cover},
+    nodes::collapse::{voxel_cover, voxel_quadric},
     view,
     voxel::{self, VoxelMesh, cover_mesh::cover_meshes},
 };
@@ -27,8 +27,9 @@ fn collapse(meshes: &[VoxelMesh]) -> Vec<VoxelMesh> {
 }
 
 fn simplify(meshes: &[VoxelMesh], counts: &[usize]) -> usize {
-    let one =
-        |(m, n): (&VoxelMesh, &usize)| quadric::faces(m, quadric::Target { triangles: *n, lock_border: false }).len();
+    let one = |(m, n): (&VoxelMesh, &usize)| {
+        voxel_quadric::faces(m, voxel_quadric::Target { triangles: *n, lock_border: false }).len()
+    };
     meshes.iter().zip(counts).map(one).sum()
 }
 

@@ -11,9 +11,9 @@ use farfield::{
     engine::{
         bake::{Options, bake},
         events::Silent,
-        node::Registry,
         pipeline::{Request, load_text},
         plan::Plan,
+        registry::Registry,
     },
     math::Stop,
 };

@@ -1,7 +1,10 @@
 //! `fit-factor`: how far meshes must be simplified for a number of triangles.
 
 use super::{
-    collapse::{FACTORS, voxel_cover::fit},
+    collapse::voxel_cover::{
+        fit::{FACTORS, fit},
+        node::unfit,
+    },
     values::Factor,
 };
 use crate::{
@@ -13,7 +16,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Finds the smallest `factor` of `collapse` with which all meshes have at most a number of triangles together. That is a search: it
+/// Finds the smallest `factor` of `collapse` (method `voxel-cover`) with which all meshes have at most a number of triangles together. That is a search: it
 /// simplifies all meshes up to eight times. Geometry that lies too near for layers is not counted.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -54,7 +57,7 @@ impl Node for FitFactor {
         let meshes: Vec<&VoxelMesh> = inputs.meshes.0.iter().map(|(_, m)| &**m).collect();
         let factor = match params.triangles as usize {
             0 => None,
-            target => Some(fit::fit(&meshes, target, FACTORS, ctx.stop).map_err(super::collapse::unfit)?.factor),
+            target => Some(fit(&meshes, target, FACTORS, ctx.stop).map_err(unfit)?.factor),
         };
         Ok(Out { factor: Arc::new(Factor(factor)) })
     }

@@ -1,4 +1,5 @@
-//! The node kinds: thin adapters between the engine and the algorithms, one file or folder each.
+//! The node kinds: thin adapters between the engine and the algorithms, one file or folder each. A kind with several methods is a folder
+//! with a file per method.
 
 mod classify_points;
 pub mod collapse;
@@ -15,8 +16,8 @@ mod pack_atlas;
 mod peel;
 pub mod render_slices;
 mod resample;
-mod select_direction;
 mod select_objects;
+mod select_views;
 mod split_objects;
 pub mod values;
 pub mod view_cell;
@@ -27,10 +28,12 @@ mod write_sprite;
 
 use crate::{
     engine::{
-        node::{Ctx, NodeError, Registry},
+        node::{Ctx, NodeError},
         plan::File,
+        registry::{Planned, Registry, Renamed},
     },
     raster::{Backend, Cpu},
+    sprite::PeelError,
 };
 use std::sync::Arc;
 
@@ -60,6 +63,14 @@ fn doubt_fov(fov: f64) -> Vec<(&'static str, String)> {
     vec![("fov", format!("{fov}: degrees are meant{radians}"))]
 }
 
+/// Why a solid was not peeled, as a node's error.
+fn peel_error(error: PeelError) -> NodeError {
+    match error {
+        PeelError::Stopped(stopped) => NodeError::Stopped(stopped),
+        other => NodeError::Failed(other.to_string()),
+    }
+}
+
 /// A JSON file that ends with a line break.
 fn json_file(value: &serde_json::Value) -> Result<Arc<File>, NodeError> {
     let mut bytes = serde_json::to_vec_pretty(value).map_err(|e| NodeError::from_error(&e))?;
@@ -67,26 +78,53 @@ fn json_file(value: &serde_json::Value) -> Result<Arc<File>, NodeError> {
     Ok(Arc::new(File { media_type: "application/json".into(), bytes }))
 }
 
+/// Methods that are designed but not built yet.
+const PLANNED: [Planned; 5] = [
+    Planned {
+        kind: "select-views",
+        methods: &["box-faces", "icosahedron", "entropy", "entropy-perturbed", "cell-windows"],
+    },
+    Planned { kind: "peel", methods: &["layers"] },
+    Planned { kind: "collapse", methods: &["silhouette-weight"] },
+    Planned { kind: "resample", methods: &["views", "relief"] },
+    Planned { kind: "compress", methods: &["textures"] },
+];
+
+/// Names that pipelines used before kinds had methods.
+const RENAMED: [Renamed; 2] = [
+    Renamed {
+        kind: "select-direction",
+        param: "",
+        now: "kind = \"select-views\" and method = \"min-depth-complexity\"",
+    },
+    Renamed {
+        kind: "collapse",
+        param: "policy",
+        now: "method = \"voxel-cover\", or method = \"voxel-quadric\" for the policy `quadric`",
+    },
+];
+
 /// Every kind that the program knows.
 pub fn registry() -> Registry {
-    let mut r = Registry::default();
+    let mut r = Registry::new(&PLANNED, &RENAMED);
     r.add::<load_scene::LoadScene>();
     r.add::<make_scene::MakeScene>();
     r.add::<select_objects::SelectObjects>();
     r.add::<split_objects::SplitObjects>();
     r.add::<write_glb::WriteGlb>();
     r.add::<fit_factor::FitFactor>();
-    r.add::<collapse::Collapse>();
+    r.add::<collapse::voxel_cover::node::VoxelCover>();
+    r.add::<collapse::voxel_quadric::VoxelQuadric>();
     r.add::<voxel_mesh::VoxelMeshNode>();
     r.add::<field_scene::FieldScene>();
     r.add::<pack_atlas::PackAtlas>();
-    r.add::<resample::Resample>();
+    r.add::<resample::Voxels>();
     r.add::<view_cell::ViewCell>();
     r.add::<render_slices::RenderSlices>();
     r.add::<evaluate::Evaluate>();
-    r.add::<select_direction::SelectDirection>();
-    r.add::<peel::Peel>();
-    r.add::<compress::Compress>();
+    r.add::<select_views::MinDepthComplexity>();
+    r.add::<peel::Solid>();
+    r.add::<compress::Ranges>();
     r.add::<collide_sprites::CollideSprites>();
     r.add::<classify_points::ClassifyPoints>();
     r.add::<draw_sprites::DrawSprites>();

@@ -2,7 +2,7 @@
 
 mod voxels;
 
-pub use voxels::Resample;
+pub use voxels::Voxels;
 
 #[cfg(test)]
 mod tests;

@@ -1,13 +1,13 @@
 //! Colours of surfaces that lie close behind one another, from the scene to the textured mesh.
 
-use super::voxels::{In, Params, Resample};
+use super::voxels::{In, Params, Voxels};
 use crate::{
     array::Bytes,
     engine::node::{Ctx, Door, Node, NodeError},
     image::Picture,
     math::Stop,
     mesh::ChartedMesh,
-    nodes::{collapse, pack_atlas, render_slices, voxel_mesh},
+    nodes::{collapse::voxel_cover::node as voxel_cover, pack_atlas, render_slices, voxel_mesh},
     raster::{Cpu, Geometry, Rendering, Shader, picture},
     scene::{Material, Mesh, Object, Part, Scene},
     view::Cell,
@@ -93,9 +93,9 @@ fn stand_in(scene: &Arc<Scene>, cell: Cell) -> Arc<Scene> {
     let inputs = voxel_mesh::In { slices: slices.slices.clone(), fields: slices.fields };
     let mut meshes = run::<voxel_mesh::VoxelMeshNode>(&Default::default(), inputs).meshes;
     let charted = meshes.0.drain(..).map(|(name, mesh)| {
-        let mesh = run::<collapse::Collapse>(&Default::default(), collapse::In { mesh, fitted: None }).mesh;
+        let mesh = run::<voxel_cover::VoxelCover>(&Default::default(), voxel_cover::In { mesh, fitted: None }).mesh;
         let charted: Arc<ChartedMesh> =
-            run::<Resample>(&Params::default(), In { mesh, slices: slices.slices.clone() }).charted;
+            run::<Voxels>(&Params::default(), In { mesh, slices: slices.slices.clone() }).charted;
         (name, charted)
     });
     let meshes = crate::engine::node::List(charted.collect());

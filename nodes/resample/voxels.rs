@@ -55,10 +55,11 @@ ports! {
     }
 }
 
-pub struct Resample;
+pub struct Voxels;
 
-impl Node for Resample {
+impl Node for Voxels {
     const KIND: &'static str = "resample";
+    const METHOD: &'static str = "voxels";
     const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
@@ -108,7 +109,7 @@ mod tests {
 
     #[test]
     fn ranges_are_checked() {
-        assert_eq!(Resample::check(&Params::default()), Ok(()));
+        assert_eq!(Voxels::check(&Params::default()), Ok(()));
         let bad: [(&str, Params); 6] = [
             ("n", Params { n: 0, ..Params::default() }),
             ("n", Params { n: 17, ..Params::default() }),
@@ -118,7 +119,7 @@ mod tests {
             ("max_chart", Params { margin: 64, max_chart: 130, ..Params::default() }),
         ];
         for (name, params) in bad {
-            assert_eq!(Resample::check(&params).unwrap_err().0, name);
+            assert_eq!(Voxels::check(&params).unwrap_err().0, name);
         }
     }
 }

@@ -13,8 +13,8 @@ use super::{
 };
 use crate::engine::{
     bake::{self, Forecast, Options, Outcome, Report},
-    node::Registry,
     plan::Plan,
+    registry::Registry,
 };
 use std::path::PathBuf;
 

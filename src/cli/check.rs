@@ -1,7 +1,7 @@
 //! `farfield check`.
 
 use super::{Done, pipeline::PipelineArgs, print};
-use crate::engine::{node::Registry, plan::Plan};
+use crate::engine::{plan::Plan, registry::Registry};
 
 /// Checks a pipeline without running anything
 #[derive(clap::Args)]

@@ -2,8 +2,8 @@
 
 use super::{Done, pipeline::PipelineArgs, print};
 use crate::engine::{
-    node::Registry,
     plan::{OutputRef, Plan},
+    registry::Registry,
 };
 use std::fmt::Write;
 
@@ -54,8 +54,9 @@ fn label(plan: &Plan, from: OutputRef, port: &str) -> String {
 fn caption(plan: &Plan, at: usize, newline: &str) -> String {
     let node = &plan.nodes[at];
     let mut text = node.name.clone();
-    if node.kind.spec().name != node.name {
-        write!(text, "{newline}{}", node.kind.spec().name).expect("a String takes all");
+    let title = node.kind.spec().title();
+    if title != node.name {
+        write!(text, "{newline}{title}").expect("a String takes all");
     }
     for axis in &node.axes {
         let made_by = &plan.nodes[axis.node.0 as usize];

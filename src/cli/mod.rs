@@ -21,7 +21,7 @@ mod terminal;
 mod verdict;
 mod why;
 
-use crate::engine::node::Registry;
+use crate::engine::registry::Registry;
 use clap::{
     Parser, Subcommand,
     error::{ContextKind, ContextValue, ErrorKind},

@@ -2,16 +2,19 @@
 
 use super::{Done, Exit, print, schema};
 use crate::engine::{
-    node::{Arity, KindSpec, PortSpec, Registry},
+    node::{Arity, KindSpec, PortSpec},
     pipeline::{self, Ty},
+    registry::{About, Registry, Unknown},
 };
 use serde_json::Value;
 
 /// Shows the node kinds: what they do, their ports and parameters
 #[derive(clap::Args)]
 pub struct Args {
-    /// One kind, in full
+    /// One kind, in full; of a kind with several methods, what these are
     kind: Option<String>,
+    /// One method of the kind, in full
+    method: Option<String>,
     /// The reference page of all kinds, as Markdown
     #[arg(long, conflicts_with_all = ["kind", "schema"])]
     markdown: bool,
@@ -28,37 +31,42 @@ pub fn run(args: &Args, registry: &Registry) -> Done {
         return print(&markdown(registry));
     }
     let Some(wanted) = &args.kind else { return print(&list(registry)) };
-    match registry.get(wanted) {
-        Some(kind) => print(&page(kind.spec(), Form::Terminal)),
-        None => {
-            let names = || registry.iter().map(|k| k.spec().name);
-            let hint = pipeline::did_you_mean(wanted, names());
-            let all = pipeline::name_list(names());
-            Err(Exit::say(2, format!("no kind `{wanted}`; {hint}the kinds are {all}")))
-        }
+    match registry.find(wanted, args.method.as_deref()) {
+        Ok(kind) => print(&(page(kind.spec(), Form::Terminal) + &planned(registry, wanted))),
+        Err(unknown) if unknown.about == About::NoMethod => print(&methods(registry, wanted)),
+        Err(Unknown { message, help, .. }) => Err(Exit::say(2, format!("{message}; {help}"))),
     }
 }
 
-/// A kind's own documentation.
-pub fn about(spec: &KindSpec) -> &str {
-    spec.params.get("description").and_then(Value::as_str).unwrap_or_default()
-}
-
-/// The first sentence of a text.
-fn first_sentence(text: &str) -> String {
-    let paragraph = text.split("\n\n").next().unwrap_or_default().replace('\n', " ");
-    let end = paragraph.find(". ").map_or(paragraph.len(), |at| at + 1);
-    paragraph[..end].trim().to_owned()
-}
-
-/// Every kind with its first sentence.
+/// Every kind and method with its first sentence.
 fn list(registry: &Registry) -> String {
-    let width = registry.iter().map(|k| k.spec().name.len()).max().unwrap_or(0);
-    let line = |spec: &KindSpec| {
-        format!("{}\n", wrap(&format!("{:width$}  ", spec.name), &first_sentence(about(spec)), width + 2))
-    };
-    let lines: String = registry.iter().map(|k| line(k.spec())).collect();
-    lines + "\n`farfield nodes KIND` shows one in full.\n"
+    let lines = lines(&registry.iter().map(|k| k.spec()).collect::<Vec<_>>());
+    lines + "\n`farfield nodes KIND`, or `farfield nodes KIND METHOD`, shows one in full.\n"
+}
+
+/// The methods of a kind that has several.
+fn methods(registry: &Registry, kind: &str) -> String {
+    let lines = lines(&registry.methods(kind).map(|k| k.spec()).collect::<Vec<_>>());
+    let planned = planned(registry, kind);
+    format!(
+        "{lines}{planned}\n`farfield nodes {kind} METHOD` shows one in full. A node writes kind = \"{kind}\", method = \"…\".\n"
+    )
+}
+
+/// A line per kind and method.
+fn lines(specs: &[&KindSpec]) -> String {
+    let width = specs.iter().map(|s| s.title().len()).max().unwrap_or(0);
+    let line =
+        |spec: &&KindSpec| format!("{}\n", wrap(&format!("{:width$}  ", spec.title()), &spec.summary(), width + 2));
+    specs.iter().map(line).collect()
+}
+
+/// The methods of a kind that are not built yet.
+fn planned(registry: &Registry, kind: &str) -> String {
+    match registry.planned(kind) {
+        [] => String::new(),
+        methods => format!("\nNot built yet: {}\n", pipeline::name_list(methods.iter().copied())),
+    }
 }
 
 /// All kinds, as a page.
@@ -68,7 +76,7 @@ fn markdown(registry: &Registry) -> String {
          parameters stand beside them.\n",
     );
     for kind in registry.iter() {
-        out += &format!("\n## {}\n\n{}", kind.spec().name, page(kind.spec(), Form::Markdown));
+        out += &format!("\n## {}\n\n{}", kind.spec().title(), page(kind.spec(), Form::Markdown));
     }
     out
 }
@@ -82,8 +90,10 @@ enum Form {
 /// One kind: documentation, ports, parameters.
 fn page(spec: &KindSpec, form: Form) -> String {
     let mut out = match form {
-        Form::Terminal => format!("{} (version {})\n\n{}\n", spec.name, spec.version, wrap("", &flow(about(spec)), 0)),
-        Form::Markdown => format!("{}\n", flow(about(spec))),
+        Form::Terminal => {
+            format!("{} (version {})\n\n{}\n", spec.title(), spec.version, wrap("", &flow(spec.about()), 0))
+        }
+        Form::Markdown => format!("{}\n", flow(spec.about())),
     };
     let port = |port: &PortSpec, input: bool| (port.name.to_owned(), port_type(port, input), flow(port.doc));
     let inputs: Vec<_> = spec.inputs.iter().map(|p| port(p, true)).collect();
@@ -196,13 +206,23 @@ mod tests {
         let text = markdown(&registry);
         for kind in registry.iter() {
             let spec = kind.spec();
-            assert!(text.contains(&format!("## {}", spec.name)));
+            assert!(text.contains(&format!("## {}\n", spec.title())));
             for port in spec.inputs.iter().chain(&spec.outputs) {
-                assert!(text.contains(&format!("| `{}` |", port.name)), "{} {}", spec.name, port.name);
+                assert!(text.contains(&format!("| `{}` |", port.name)), "{} {}", spec.title(), port.name);
             }
             for name in pipeline::parameters(&spec.params).0.keys() {
-                assert!(text.contains(&format!("| `{name}` |")), "{} {name}", spec.name);
+                assert!(text.contains(&format!("| `{name}` |")), "{} {name}", spec.title());
             }
         }
+    }
+
+    #[test]
+    fn a_kind_with_methods_lists_them() {
+        let registry = crate::nodes::registry();
+        let text = methods(&registry, "collapse");
+        assert!(text.starts_with("collapse voxel-cover    Contracts the edges"), "{text}");
+        assert!(text.contains("\ncollapse voxel-quadric  Simplifies"), "{text}");
+        assert!(text.contains("\nNot built yet: `silhouette-weight`\n"), "{text}");
+        assert!(!text.contains("\npeel") && list(&registry).contains("\npeel solid"), "{text}");
     }
 }

@@ -2,9 +2,9 @@
 
 use super::{Exit, stock::STOCK};
 use crate::engine::{
-    node::Registry,
     pipeline::{self, Problems, Request},
     plan::Plan,
+    registry::Registry,
 };
 use miette::GraphicalTheme;
 use std::io::IsTerminal;

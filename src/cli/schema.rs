@@ -1,28 +1,35 @@
 //! The JSON schema of whole pipeline files, for editors: completion, documentation and checks while one types.
 
-use super::nodes::about;
-use crate::engine::node::{Arity, KindSpec, PortSpec, Registry};
+use crate::engine::{
+    node::{Arity, KindSpec, PortSpec},
+    registry::Registry,
+};
 use serde_json::{Map, Value, json};
 
 /// The schema of a pipeline file that uses the kinds of `registry`.
 pub fn of(registry: &Registry) -> Value {
     let mut definitions = Map::new();
-    let names: Vec<&str> = registry.iter().map(|k| k.spec().name).collect();
-    let kinds: Vec<Value> = registry
-        .iter()
-        .map(|kind| {
-            let spec = kind.spec();
-            definitions.insert(spec.name.to_owned(), node(spec, &mut Map::new()));
-            let local = spec.params.get("$defs").and_then(Value::as_object);
-            for (name, schema) in local.into_iter().flatten() {
-                definitions.insert(format!("{}.{name}", spec.name), localise(schema, spec.name));
-            }
-            json!({
-                "if": { "required": ["kind"], "properties": { "kind": { "const": spec.name } } },
-                "then": { "$ref": format!("#/$defs/{}", spec.name) }
-            })
-        })
-        .collect();
+    let names = registry.names();
+    let mut kinds: Vec<Value> = names.iter().filter_map(|name| method(registry, name)).collect();
+    kinds.extend(registry.iter().map(|kind| {
+        let spec = kind.spec();
+        let own = definition(spec);
+        let local = spec.params.get("$defs").and_then(Value::as_object);
+        for (name, schema) in local.into_iter().flatten() {
+            definitions.insert(format!("{own}.{name}"), localise(schema, &own));
+        }
+        let only = registry.methods(spec.name).count() == 1;
+        let mut chosen = json!({ "required": ["kind"], "properties": { "kind": { "const": spec.name } } });
+        if !spec.method.is_empty() {
+            chosen["properties"]["method"] = json!({ "const": spec.method });
+        }
+        if !only {
+            chosen["required"] = json!(["kind", "method"]);
+        }
+        let chosen = json!({ "if": chosen, "then": { "$ref": format!("#/$defs/{own}") } });
+        definitions.insert(own, node(spec));
+        chosen
+    }));
     let text = |about: &str| json!({ "type": "string", "description": about });
     let reference = json!({ "type": "string", "description": "`node` or `node.output`" });
     let or_removed =
@@ -64,9 +71,35 @@ fn knob() -> Value {
     json!({ "type": "string", "pattern": "^\\{[A-Za-z0-9_-]+\\}$", "description": "A knob of [params]." })
 }
 
-/// The table of a node of this kind.
-fn node(spec: &KindSpec, properties: &mut Map<String, Value>) -> Value {
-    properties.insert("kind".into(), json!({ "const": spec.name, "description": about(spec) }));
+/// The definition's name: the kind's, and the method's behind a dot.
+fn definition(spec: &KindSpec) -> String {
+    spec.title().replace(' ', ".")
+}
+
+/// Which methods the kind has and, where they are several, that one must be chosen.
+fn method(registry: &Registry, kind: &str) -> Option<Value> {
+    let specs: Vec<&KindSpec> = registry.methods(kind).map(|k| k.spec()).filter(|s| !s.method.is_empty()).collect();
+    let about: Vec<String> = specs.iter().map(|s| format!("{}: {}", s.method, s.summary())).collect();
+    let required: &[&str] = if specs.len() > 1 { &["method"] } else { &[] };
+    let methods: Vec<&str> = specs.iter().map(|s| s.method).collect();
+    (!specs.is_empty()).then(|| {
+        json!({
+            "if": { "required": ["kind"], "properties": { "kind": { "const": kind } } },
+            "then": {
+                "properties": { "method": { "enum": methods, "description": about.join("\n\n") } },
+                "required": required
+            }
+        })
+    })
+}
+
+/// The table of a node of this kind and method.
+fn node(spec: &KindSpec) -> Value {
+    let mut properties = Map::new();
+    properties.insert("kind".into(), json!({ "const": spec.name, "description": spec.about() }));
+    if !spec.method.is_empty() {
+        properties.insert("method".into(), json!({ "const": spec.method, "description": spec.about() }));
+    }
     properties.insert(
         "join".into(),
         json!({ "enum": ["exact", "inner"], "description": "What happens to elements that one side of a join lacks." }),
@@ -81,7 +114,7 @@ fn node(spec: &KindSpec, properties: &mut Map<String, Value>) -> Value {
     }
     let params = spec.params.get("properties").and_then(Value::as_object);
     for (name, schema) in params.into_iter().flatten() {
-        let mut outer = json!({ "anyOf": [localise(schema, spec.name), knob()] });
+        let mut outer = json!({ "anyOf": [localise(schema, &definition(spec)), knob()] });
         for key in ["description", "default"] {
             if let Some(value) = schema.get(key) {
                 outer[key] = value.clone();
@@ -89,7 +122,7 @@ fn node(spec: &KindSpec, properties: &mut Map<String, Value>) -> Value {
         }
         properties.insert(name.clone(), outer);
     }
-    json!({ "type": "object", "description": about(spec), "additionalProperties": false, "properties": properties })
+    json!({ "type": "object", "description": spec.about(), "additionalProperties": false, "properties": properties })
 }
 
 fn port_schema(port: &PortSpec) -> Value {
@@ -143,6 +176,46 @@ mod tests {
         for target in found {
             // Names of definitions hold no `/` or `~`, so a pointer needs no escapes.
             assert!(schema.pointer(&target[1..]).is_some(), "{target}");
+        }
+    }
+    /// What `then` of the schema's conditions for nodes holds for a node of these keys.
+    fn chosen<'s>(schema: &'s Value, node: &Value) -> Vec<&'s Value> {
+        let all =
+            schema.pointer("/properties/nodes/additionalProperties/anyOf/0/allOf").and_then(Value::as_array).unwrap();
+        let holds = |condition: &Value| {
+            let required =
+                condition["required"].as_array().unwrap().iter().all(|key| node.get(key.as_str().unwrap()).is_some());
+            let same = |(key, schema): (&String, &Value)| node.get(key).is_none_or(|v| *v == schema["const"]);
+            required && condition["properties"].as_object().unwrap().iter().all(same)
+        };
+        all.iter().filter(|c| holds(&c["if"])).map(|c| &c["then"]).collect()
+    }
+
+    #[test]
+    fn a_method_decides_what_a_node_may_say() {
+        let registry = crate::nodes::registry();
+        let schema = of(&registry);
+        for kind in registry.names() {
+            let methods: Vec<&str> = registry.methods(kind).map(|k| k.spec().method).collect();
+            for method in &methods {
+                let node =
+                    if method.is_empty() { json!({ "kind": kind }) } else { json!({ "kind": kind, "method": method }) };
+                let then = chosen(&schema, &node);
+                let pages: Vec<&str> = then.iter().filter_map(|t| t["$ref"].as_str()).collect();
+                let name = format!("{kind} {method}").trim().replace(' ', ".");
+                assert_eq!(pages, [format!("#/$defs/{name}")]);
+                if !method.is_empty() {
+                    let offered = then.iter().find_map(|t| t.pointer("/properties/method/enum")).unwrap();
+                    assert_eq!(offered, &json!(methods));
+                }
+            }
+            // Without a method: the only one, or a demand for one.
+            let then = chosen(&schema, &json!({ "kind": kind }));
+            let demanded = then.iter().any(|t| t["required"] == json!(["method"]));
+            assert_eq!(
+                (then.iter().filter(|t| t["$ref"].is_string()).count(), demanded),
+                if methods.len() == 1 { (1, false) } else { (0, true) }
+            );
         }
     }
 }

@@ -1,7 +1,7 @@
 //! `farfield why`.
 
 use super::{Done, folders::CacheArg, pipeline::PipelineArgs, print};
-use crate::engine::{bake::Options, node::Registry, why::why};
+use crate::engine::{bake::Options, registry::Registry, why::why};
 use std::path::PathBuf;
 
 /// Explains why a node, or one of its elements, last ran

@@ -160,6 +160,7 @@ pub fn folder_key(folder: &Path) -> String {
 fn node(schedule: &Schedule, n: usize) -> NodeReport {
     let (hits, runs, failed, skipped, seconds, forecast) = schedule.counts(n);
     let node = &schedule.plan.nodes[n];
-    let kind = node.kind.spec().name;
-    NodeReport { name: node.name.clone(), kind, hits, runs, failed, skipped, seconds, forecast }
+    let spec = node.kind.spec();
+    let (kind, method) = (spec.name, spec.method);
+    NodeReport { name: node.name.clone(), kind, method, hits, runs, failed, skipped, seconds, forecast }
 }

@@ -105,6 +105,8 @@ pub enum Forecast {
 pub struct NodeReport {
     pub name: String,
     pub kind: &'static str,
+    /// Empty where the kind has no methods.
+    pub method: &'static str,
     /// Elements taken from the cache. A node that is not mapped counts as one element.
     pub hits: u64,
     /// Elements that ran to the end.

@@ -1,7 +1,7 @@
 //! Keys: what a run's result depends on, and nothing else. One walk over the fields feeds a visitor; the visitor that
 //! hashes and the one that explains see the same fields, so they cannot drift apart.
 //!
-//! A key has a fixed part (kind, version, formats, parameters, execution identity), hashed once per node, and the
+//! A key has a fixed part (kind, method, version, formats, parameters, execution identity), hashed once per node, and the
 //! contents of the inputs. No path, node name, time, thread count or machine enters it. NaN cannot: JSON has none.
 
 use super::{
@@ -110,6 +110,9 @@ pub fn source_params(spec: &KindSpec) -> Vec<&str> {
 pub fn kind_fields(spec: &KindSpec, v: &mut impl Visit) {
     v.field("key", Field::Len(KEY));
     v.field("kind", Field::Text(spec.name));
+    if !spec.method.is_empty() {
+        v.field("method", Field::Text(spec.method));
+    }
     v.field("version", Field::Int(spec.version.into()));
     v.field("execution", Field::Text(execution(spec.native)));
     for (side, ports) in [("input", &spec.inputs), ("output", &spec.outputs)] {
@@ -127,12 +130,7 @@ pub fn kind_fields(spec: &KindSpec, v: &mut impl Visit) {
 }
 
 /// The parameters' share of the fixed part. `sources` gives what stands for each source parameter.
-/// A parameter that chooses native code brings the target and CPU with it (`native_when`).
-pub fn param_fields(spec: &KindSpec, params: &Value, sources: &[(String, SourceKey)], v: &mut impl Visit) {
-    let chosen = |(name, value): (&str, &str)| params.get(name).and_then(Value::as_str) == Some(value);
-    if !spec.native && spec.native_when.is_some_and(chosen) {
-        v.field("execution of the method", Field::Text(execution(true)));
-    }
+pub fn param_fields(params: &Value, sources: &[(String, SourceKey)], v: &mut impl Visit) {
     let mut path = String::from("parameter ");
     let Some(members) = params.as_object() else {
         return param(params, &mut path, v);
@@ -191,7 +189,7 @@ fn param(value: &Value, path: &mut String, v: &mut impl Visit) {
 pub fn explain(spec: &KindSpec, params: &Value, sources: &[(String, SourceKey)]) -> Vec<(String, String)> {
     let mut out = Explain::default();
     kind_fields(spec, &mut out);
-    param_fields(spec, params, sources, &mut out);
+    param_fields(params, sources, &mut out);
     out.0
 }
 
@@ -203,10 +201,10 @@ pub fn kind(spec: &KindSpec) -> Digest {
 }
 
 /// Hash of the fixed part; `kind` is the hash of the kind's share.
-pub fn fixed(spec: &KindSpec, kind: Digest, params: &Value, sources: &[(String, SourceKey)]) -> Digest {
+pub fn fixed(kind: Digest, params: &Value, sources: &[(String, SourceKey)]) -> Digest {
     let mut h = Hash::default();
     h.field("kind", Field::Digest(kind));
-    param_fields(spec, params, sources, &mut h);
+    param_fields(params, sources, &mut h);
     h.finish()
 }
 
@@ -346,10 +344,10 @@ mod tests {
 
     fn key(params: Value, source: &SourceKey) -> Digest {
         let golden = kind_of::<Golden>();
-        let params = golden.normalise(params).unwrap();
+        let params = golden.accept(params).unwrap();
         let spec = golden.spec();
         assert_eq!(source_params(spec), ["path"]);
-        let fixed = fixed(spec, kind(spec), &params, &[("path".to_owned(), source.clone())]);
+        let fixed = fixed(kind(spec), params.json(), &[("path".to_owned(), source.clone())]);
         run(fixed, &[Some(Digest::of(b"input")), None], None)
     }
 
@@ -388,7 +386,7 @@ mod tests {
             assert_ne!(key(json!({}), &source), base);
         }
         // JSON has no NaN: what typed parameters make of it is refused when they are read back.
-        assert!(kind_of::<Golden>().normalise(json!({ "factor": f64::NAN })).is_err());
+        assert!(kind_of::<Golden>().accept(json!({ "factor": f64::NAN })).is_err());
     }
 
     #[test]
@@ -404,7 +402,7 @@ mod tests {
         let golden = kind_of::<Golden>();
         let mut both = Both(Vec::new());
         kind_fields(golden.spec(), &mut both);
-        param_fields(golden.spec(), &params, &sources, &mut both);
+        param_fields(&params, &sources, &mut both);
         let told: Vec<String> = explain(golden.spec(), &params, &sources).into_iter().map(|(path, _)| path).collect();
         assert_eq!(told, both.0);
         for path in [

@@ -1,6 +1,6 @@
 //! Node kinds: the typed trait that a kind implements, and the object-safe form in which the engine holds it.
 //!
-//! Adding a kind means one type with [`Node`] and one line in `nodes/mod.rs`. Ports are declared with [`ports!`](crate::ports), which
+//! Adding a kind, or a method of one, means one type with [`Node`] and its two lines in `nodes/mod.rs`. Ports are declared with [`ports!`](crate::ports), which
 //! keeps their doc comments as data; a kind's own documentation is the doc comment of its `Params`.
 
 use super::artifact::{self, Artifact, DecodeError};
@@ -8,7 +8,7 @@ use crate::{array::Bytes, math::Stop};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::Value;
-use std::{any::Any, collections::BTreeMap, marker::PhantomData, path::Path, sync::Arc};
+use std::{any::Any, marker::PhantomData, path::Path, sync::Arc};
 
 /// A value in memory whose type the engine does not know.
 pub type Data = Arc<dyn Any + Send + Sync>;
@@ -251,20 +251,20 @@ pub struct Head<'a> {
     pub whole: bool,
 }
 
-/// A node kind. `run` is a pure function of parameters, inputs and what it reads through the door.
+/// A node kind, or one method of a kind. `run` is a pure function of parameters, inputs and what it reads through the door.
 pub trait Node: Send + Sync + 'static {
     const KIND: &'static str;
+    /// Which of the kind's methods this is. Kind and method together name the type. Empty: the kind has one method and no name for it.
+    const METHOD: &'static str = "";
     /// Increased whenever the same inputs give other bytes.
     const VERSION: u32;
     /// True where `run` calls C, C++ or other code whose results may depend on target and CPU.
     const NATIVE: bool = false;
-    /// The parameter and its value with which alone the kind is `NATIVE`: one of several methods calls foreign code.
-    const NATIVE_WHEN: Option<(&'static str, &'static str)> = None;
     /// True where the element's name changes the result; it then enters the key.
     const USES_NAME: bool = false;
     /// Typed parameters; its doc comment documents the kind, its fields' comments the parameters.
     /// `#[serde(default, deny_unknown_fields)]`; floats are f64.
-    type Params: Serialize + DeserializeOwned + JsonSchema + Send + Sync;
+    type Params: Serialize + DeserializeOwned + JsonSchema + Send + Sync + 'static;
     type In: Ports;
     type Out: Ports;
     /// Working memory in bytes, besides inputs and outputs, from the inputs' stored sizes (bytes, one per port).
@@ -293,9 +293,10 @@ pub trait Node: Send + Sync + 'static {
 #[derive(Clone)]
 pub struct KindSpec {
     pub name: &'static str,
+    /// Empty where the kind has no methods.
+    pub method: &'static str,
     pub version: u32,
     pub native: bool,
-    pub native_when: Option<(&'static str, &'static str)>,
     pub uses_name: bool,
     pub inputs: Vec<PortSpec>,
     pub outputs: Vec<PortSpec>,
@@ -303,6 +304,33 @@ pub struct KindSpec {
     pub params: Value,
     /// See [`Node::measures`].
     pub measures: Vec<Measure>,
+}
+
+impl KindSpec {
+    /// `collapse quadric`: the kind, and its method where it has one.
+    pub fn title(&self) -> String {
+        if self.method.is_empty() { self.name.to_owned() } else { format!("{} {}", self.name, self.method) }
+    }
+
+    /// "kind `load-scene`" or "method `quadric` of `collapse`", for messages.
+    pub fn phrase(&self) -> String {
+        match self.method {
+            "" => format!("kind `{}`", self.name),
+            method => format!("method `{method}` of `{}`", self.name),
+        }
+    }
+
+    /// The documentation: the doc comment of the parameters' type.
+    pub fn about(&self) -> &str {
+        self.params.get("description").and_then(Value::as_str).unwrap_or_default()
+    }
+
+    /// The first sentence of the documentation, in one line.
+    pub fn summary(&self) -> String {
+        let paragraph = self.about().split("\n\n").next().unwrap_or_default().replace('\n', " ");
+        let end = paragraph.find(". ").map_or(paragraph.len(), |at| at + 1);
+        paragraph[..end].trim().to_owned()
+    }
 }
 
 /// Why parameters are none of a kind's.
@@ -316,15 +344,34 @@ pub enum ParamError {
     Refused { param: &'static str, message: String },
 }
 
-/// The object-safe form of [`Node`].
+/// Parameters that a kind has accepted: parsed once, when the plan is made.
+#[derive(Clone)]
+pub struct Parameters {
+    json: Arc<Value>,
+    typed: Arc<dyn Any + Send + Sync>,
+}
+
+impl Parameters {
+    /// Re-serialised from the type: defaults filled in, fields in the type's order.
+    pub fn json(&self) -> &Value {
+        &self.json
+    }
+
+    /// One parameter's value.
+    pub fn get(&self, name: &str) -> Option<&Value> {
+        self.json.get(name)
+    }
+}
+
+/// The object-safe form of [`Node`]. Its methods take parameters that the same kind has accepted.
 pub trait Kind: Send + Sync {
     fn spec(&self) -> &KindSpec;
-    /// Typed parameters re-serialised: defaults filled in, field order that of the type.
-    fn normalise(&self, params: Value) -> Result<Value, ParamError>;
-    fn doubts(&self, params: &Value) -> Vec<(&'static str, String)>;
+    /// Reads and checks parameters.
+    fn accept(&self, params: Value) -> Result<Parameters, ParamError>;
+    fn doubts(&self, params: &Parameters) -> Vec<(&'static str, String)>;
     fn check_source(&self, param: &str, path: &Path, head: Head) -> Result<(), String>;
-    fn memory(&self, params: &Value, sizes: &[u64]) -> u64;
-    fn run(&self, params: &Value, inputs: Vec<Slot>, ctx: &Ctx) -> Result<Vec<Slot>, NodeError>;
+    fn memory(&self, params: &Parameters, sizes: &[u64]) -> u64;
+    fn run(&self, params: &Parameters, inputs: Vec<Slot>, ctx: &Ctx) -> Result<Vec<Slot>, NodeError>;
 }
 
 struct Erased<N>(KindSpec, PhantomData<fn() -> N>);
@@ -333,9 +380,9 @@ struct Erased<N>(KindSpec, PhantomData<fn() -> N>);
 pub fn kind<N: Node>() -> Arc<dyn Kind> {
     let spec = KindSpec {
         name: N::KIND,
+        method: N::METHOD,
         version: N::VERSION,
         native: N::NATIVE,
-        native_when: N::NATIVE_WHEN,
         uses_name: N::USES_NAME,
         inputs: N::In::specs(),
         outputs: N::Out::specs(),
@@ -346,8 +393,8 @@ pub fn kind<N: Node>() -> Arc<dyn Kind> {
 }
 
 impl<N: Node> Erased<N> {
-    fn typed(params: &Value) -> N::Params {
-        serde_json::from_value(params.clone()).expect("parameters are normalised in the plan")
+    fn typed(params: &Parameters) -> &N::Params {
+        params.typed.downcast_ref().expect("a plan's parameters are those of its node's kind")
     }
 }
 
@@ -355,39 +402,21 @@ impl<N: Node> Kind for Erased<N> {
     fn spec(&self) -> &KindSpec {
         &self.0
     }
-    fn normalise(&self, params: Value) -> Result<Value, ParamError> {
+    fn accept(&self, params: Value) -> Result<Parameters, ParamError> {
         let typed: N::Params = serde_json::from_value(params)?;
         N::check(&typed).map_err(|(param, message)| ParamError::Refused { param, message })?;
-        Ok(serde_json::to_value(&typed)?)
+        Ok(Parameters { json: Arc::new(serde_json::to_value(&typed)?), typed: Arc::new(typed) })
     }
-    fn doubts(&self, params: &Value) -> Vec<(&'static str, String)> {
-        N::doubts(&Self::typed(params))
+    fn doubts(&self, params: &Parameters) -> Vec<(&'static str, String)> {
+        N::doubts(Self::typed(params))
     }
     fn check_source(&self, param: &str, path: &Path, head: Head) -> Result<(), String> {
         N::check_source(param, path, head)
     }
-    fn memory(&self, params: &Value, sizes: &[u64]) -> u64 {
-        N::memory(&Self::typed(params), sizes)
+    fn memory(&self, params: &Parameters, sizes: &[u64]) -> u64 {
+        N::memory(Self::typed(params), sizes)
     }
-    fn run(&self, params: &Value, inputs: Vec<Slot>, ctx: &Ctx) -> Result<Vec<Slot>, NodeError> {
-        Ok(N::run(&Self::typed(params), N::In::from_slots(inputs), ctx)?.into_slots())
-    }
-}
-
-/// The kinds that a program knows. A value: tests add their own.
-#[derive(Clone, Default)]
-pub struct Registry(BTreeMap<&'static str, Arc<dyn Kind>>);
-
-impl Registry {
-    pub fn add<N: Node>(&mut self) {
-        let old = self.0.insert(N::KIND, kind::<N>());
-        assert!(old.is_none(), "kind {} is registered twice", N::KIND);
-    }
-    pub fn get(&self, name: &str) -> Option<&Arc<dyn Kind>> {
-        self.0.get(name)
-    }
-    /// All kinds, sorted by name.
-    pub fn iter(&self) -> impl Iterator<Item = &Arc<dyn Kind>> {
-        self.0.values()
+    fn run(&self, params: &Parameters, inputs: Vec<Slot>, ctx: &Ctx) -> Result<Vec<Slot>, NodeError> {
+        Ok(N::run(Self::typed(params), N::In::from_slots(inputs), ctx)?.into_slots())
     }
 }

@@ -4,7 +4,7 @@
 pub use super::file::{Bundle, File};
 use super::{
     artifact::{Artifact, DecodeError, Decoder, Encoder},
-    node::Kind,
+    node::{Kind, Parameters},
 };
 use serde_json::{Map, Value};
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
@@ -52,8 +52,8 @@ pub struct PlanNode {
     /// Unique; `part/node` inside a sub-pipeline.
     pub name: String,
     pub kind: Arc<dyn Kind>,
-    /// Normalised (see [`Kind::normalise`]); source paths are absolute.
-    pub params: Value,
+    /// Parsed; source paths are absolute.
+    pub params: Parameters,
     /// One entry per input port of the kind, in its order.
     pub inputs: Vec<PlanInput>,
     /// The axes over which the node is mapped, in a fixed order; empty: it runs once.

@@ -44,11 +44,11 @@ pub fn sources(spec: &KindSpec, params: &Value, names: &[&str], cache: &mut Cach
         let path = PathBuf::from(text);
         let hash = match cache.hash_file(&path) {
             Ok(Some((hash, _))) => hash,
-            Ok(None) => return Err(format!("{} {name}: there is no file {text}", spec.name)),
+            Ok(None) => return Err(format!("{} {name}: there is no file {text}", spec.title())),
             Err(e) if e.kind() == io::ErrorKind::InvalidInput => {
-                return Err(format!("{} {name}: {text} {e}", spec.name));
+                return Err(format!("{} {name}: {text} {e}", spec.title()));
             }
-            Err(e) => return Err(format!("{} {name}: {text} cannot be read: {e}", spec.name)),
+            Err(e) => return Err(format!("{} {name}: {text} cannot be read: {e}", spec.title())),
         };
         keys.push(((*name).to_owned(), SourceKey::File { hash, extension: extension(&path) }));
         roots.push(Root { param: (*name).to_owned(), path });

@@ -247,7 +247,7 @@ impl Builder {
             }
             self.axes.insert(out, of);
         }
-        let params = kind.normalise(params).expect("parameters");
+        let params = kind.accept(params).expect("parameters");
         self.nodes.push(PlanNode { name: name.into(), kind, params, inputs: plan_inputs, axes, join_inner: false });
         id
     }

@@ -3,8 +3,9 @@
 use farfield::{
     engine::{
         artifact::{Artifact, DecodeError, Decoder, Encoder},
-        node::{Ctx, Head, List, Measure, Node, NodeError, Registry, SourcePath},
+        node::{Ctx, Head, List, Measure, Node, NodeError, SourcePath},
         plan::{File, Relation},
+        registry::{Planned, Registry, Renamed},
     },
     ports,
 };
@@ -28,10 +29,11 @@ macro_rules! value {
 value!(Scene Mesh Cell);
 
 macro_rules! node {
-    ($kind:ident, $name:literal, $params:ty, $in:ty, $out:ty $(, $check:expr)?) => {
+    ($kind:ident, $name:literal $($method:literal)?, $params:ty, $in:ty, $out:ty $(, $check:expr)?) => {
         pub struct $kind;
         impl Node for $kind {
             const KIND: &'static str = $name;
+            $(const METHOD: &'static str = $method;)?
             const VERSION: u32 = 1;
             type Params = $params;
             type In = $in;
@@ -116,6 +118,24 @@ pub struct Limits {
 #[serde(default, deny_unknown_fields)]
 pub struct Nothing {}
 
+/// Keeps edges. More is not said here.
+#[derive(Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SharpParams {
+    /// In degrees.
+    pub angle: f64,
+    /// How far.
+    pub factor: f64,
+}
+
+/// Keeps curves.
+#[derive(Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SmoothParams {
+    /// How far.
+    pub factor: f64,
+}
+
 /// Seeds.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -186,6 +206,9 @@ fn judge(params: &CollapseParams) -> Result<(), (&'static str, String)> {
 node!(Load, "load-scene", LoadParams, None, OneScene);
 node!(Mesher, "voxel-mesh", Nothing, OneScene, Meshes);
 node!(Collapse, "collapse", CollapseParams, OneMesh, MeshOut, judge);
+node!(Sharp, "simplify" "sharp", SharpParams, OneMesh, MeshOut);
+node!(Smooth, "simplify" "smooth", SmoothParams, OneMesh, MeshOut);
+node!(Round, "bend" "round", Nothing, OneMesh, MeshOut);
 node!(HexCells, "hex-cells", Nothing, OneScene, Cells);
 node!(Pair, "pair", Nothing, PairIn, MeshOut);
 node!(Neighbours, "neighbours", Nothing, ViewsIn, MeshOut);
@@ -237,10 +260,18 @@ impl Node for Judge {
 }
 
 pub fn registry() -> Registry {
-    let mut r = Registry::default();
+    const PLANNED: [Planned; 1] = [Planned { kind: "simplify", methods: &["silky"] }];
+    const RENAMED: [Renamed; 2] = [
+        Renamed { kind: "soften", param: "", now: "kind = \"simplify\" and method = \"smooth\"" },
+        Renamed { kind: "simplify", param: "style", now: "method = \"sharp\" or method = \"smooth\"" },
+    ];
+    let mut r = Registry::new(&PLANNED, &RENAMED);
     r.add::<Load>();
     r.add::<Mesher>();
     r.add::<Collapse>();
+    r.add::<Sharp>();
+    r.add::<Smooth>();
+    r.add::<Round>();
     r.add::<HexCells>();
     r.add::<Pair>();
     r.add::<Neighbours>();

@@ -39,14 +39,14 @@ fn a_stock_pipeline_is_mapped_and_gathered() {
 
 #[test]
 fn parameters_get_defaults_knobs_and_settings() {
-    let factor = |text: &str, set: &[&str]| node(&sound(text, set), "collapse").params["factor"].clone();
+    let factor = |text: &str, set: &[&str]| node(&sound(text, set), "collapse").params.json()["factor"].clone();
     assert_eq!(factor(BASE, &[]), json!(2.0));
     assert_eq!(factor(&format!("{BASE}[params]\nfactor = 3"), &[]), json!(3.0), "an integer is a number");
     assert_eq!(factor(&format!("{BASE}[nodes.collapse]\nfactor = 1.5"), &[]), json!(1.5));
     assert_eq!(factor(BASE, &["factor=4"]), json!(4.0));
     assert_eq!(factor(BASE, &["factor=4", "collapse.factor=5"]), json!(5.0));
     assert_eq!(factor(BASE, &["factor=4", "factor=6"]), json!(6.0), "the last counts");
-    let params = |set: &[&str]| node(&sound(BASE, set), "collapse").params.clone();
+    let params = |set: &[&str]| node(&sound(BASE, set), "collapse").params.json().clone();
     let p = params(&["collapse.policy=quadric"]);
     assert_eq!((&p["policy"], &p["max_layers"]), (&json!("quadric"), &json!(100)));
     let p = params(&["collapse.label=2024", "collapse.limits={angle=3}"]);
@@ -57,7 +57,8 @@ fn parameters_get_defaults_knobs_and_settings() {
 
 #[test]
 fn source_paths_start_from_the_file_that_names_them() {
-    let path = |text: &str, set: &[&str]| node(&sound(text, set), "load").params["path"].as_str().unwrap().to_owned();
+    let path =
+        |text: &str, set: &[&str]| node(&sound(text, set), "load").params.json()["path"].as_str().unwrap().to_owned();
     assert_eq!(path(BASE, &[]), "builtin:city");
     let found = path(&format!("{BASE}[params]\nscene = \"town.glb\""), &[]);
     assert!(std::path::Path::new(&found).is_absolute() && found.ends_with("town.glb"), "{found}");
@@ -81,8 +82,8 @@ fn source_paths_start_from_the_file_that_names_them() {
     };
     let plan = farfield::engine::pipeline::load(&request, &super::kinds::registry()).unwrap_or_else(|p| panic!("{p}"));
     assert_eq!(plan.name, "mine");
-    assert!(node(&plan, "load").params["path"].as_str().unwrap().ends_with("ship.glb"));
-    assert_eq!(node(&plan, "collapse").params["factor"], json!(3.0));
+    assert!(node(&plan, "load").params.json()["path"].as_str().unwrap().ends_with("ship.glb"));
+    assert_eq!(node(&plan, "collapse").params.json()["factor"], json!(3.0));
 }
 
 #[test]
@@ -99,7 +100,7 @@ fn a_base_can_lose_parts() {
 fn a_changed_kind_replaces_the_node() {
     let text = "[pipeline]\nbase = \"stock\"\n[nodes.load]\nkind = \"make-scene\"\nseed = 18446744073709551615";
     let plan = sound(text, &[]);
-    assert_eq!(node(&plan, "load").params, json!({ "seed": u64::MAX }));
+    assert_eq!(*node(&plan, "load").params.json(), json!({ "seed": u64::MAX }));
 }
 
 #[test]
@@ -172,4 +173,51 @@ fn a_relation_picks_among_the_elements() {
     assert_eq!(blend.axes, [cells]);
     assert_eq!(blend.inputs[1].via, Some(output(&plan, "cells", 1)));
     assert_eq!((&blend.inputs[1].axes, &blend.inputs[1].gathered), (&vec![cells], &vec![cells]));
+}
+
+const METHODS: &str = "[params]\nangle = 20\n[nodes.load]\nkind = \"load-scene\"\npath = \"builtin:city\"\n[nodes.mesh]\n\
+                       kind = \"voxel-mesh\"\nscene = \"load\"\n[nodes.simple]\nkind = \"simplify\"\nmethod = \"sharp\"\n\
+                       mesh = \"mesh\"\nangle = \"{angle}\"\nfactor = 3\n";
+
+#[test]
+fn kind_and_method_name_a_type_together() {
+    let spec = |set: &[&str]| node(&sound(METHODS, set), "simple").kind.spec().title();
+    assert_eq!(spec(&[]), "simplify sharp");
+    assert_eq!(spec(&["simple.method=smooth"]), "simplify smooth");
+    let only = METHODS.replace("kind = \"simplify\"\nmethod = \"sharp\"", "kind = \"bend\"");
+    let only = only.replace("angle = \"{angle}\"\nfactor = 3\n", "").replace("angle = 20\n", "");
+    assert_eq!(node(&sound(&only, &[]), "simple").kind.spec().title(), "bend round", "the only method needs no name");
+    let named = only.replace("kind = \"bend\"", "kind = \"bend\"\nmethod = \"round\"");
+    assert_eq!(node(&sound(&named, &[]), "simple").kind.spec().title(), "bend round");
+}
+
+#[test]
+fn another_method_keeps_the_keys_that_it_has() {
+    let params = |set: &[&str]| node(&sound(METHODS, set), "simple").params.json().clone();
+    assert_eq!(params(&[]), json!({ "angle": 20.0, "factor": 3.0 }));
+    assert_eq!(params(&["simple.method=smooth"]), json!({ "factor": 3.0 }));
+    assert_eq!(params(&["simple.factor=4", "simple.method=smooth"]), json!({ "factor": 4.0 }));
+    // Nothing is dropped of what is said for the new method, in whatever order.
+    for set in [["simple.method=smooth", "simple.angle=1"], ["simple.angle=1", "simple.method=smooth"]] {
+        let problems = check(METHODS, &set).err().unwrap();
+        assert_eq!(problems.list[0].message, "method `smooth` of `simplify` has no `angle`");
+    }
+    let problems = check(METHODS, &["simple.method=sharp", "simple.kind=collapse"]).err().unwrap();
+    assert_eq!(problems.list[0].message, "node `simple` has no `mesh`", "another kind loses every key");
+
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("base.toml", METHODS);
+    write("mine.toml", "[pipeline]\nbase = \"base.toml\"\n[nodes.simple]\nmethod = \"smooth\"\nfactor = 5\n");
+    let request = farfield::engine::pipeline::Request {
+        file: "mine.toml",
+        folder: folder.path(),
+        set: &[],
+        stock: &[],
+        require: &[],
+        name: None,
+        everywhere: &[],
+    };
+    let plan = farfield::engine::pipeline::load(&request, &super::kinds::registry()).unwrap_or_else(|p| panic!("{p}"));
+    assert_eq!(*node(&plan, "simple").params.json(), json!({ "factor": 5.0 }));
 }

@@ -8,6 +8,8 @@ use crate::{
 use rayon::prelude::*;
 use std::ops::RangeInclusive;
 
+/// Factors that make sense.
+pub const FACTORS: RangeInclusive<f64> = 1.0..=8.0;
 /// Factors that are tried lie this far apart: what differs by less differs by fewer triangles than chance.
 const STEP: f64 = 1.0 / 16.0;
 /// A number of triangles between this share of the target and the target ends the search.

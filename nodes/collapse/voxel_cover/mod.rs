@@ -1,4 +1,4 @@
-//! Policy `voxel-cover`: contract edges as long as every voxel stays covered (Jeschke and Wimmer 2002, section 6).
+//! Contract edges as long as every voxel stays covered (Jeschke and Wimmer 2002, section 6).
 //!
 //! Edges go in order of length times error, in the uniform grid. What holds for the result: every visible voxel of the mesh is
 //! touched by a face that names it, within its box enlarged by `factor`; edges that were made, inside the surface and on its
@@ -20,6 +20,7 @@ mod drop;
 pub mod fit;
 mod gaps;
 mod merge;
+pub mod node;
 mod notch;
 mod patch;
 mod queue;

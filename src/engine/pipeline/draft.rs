@@ -1,7 +1,8 @@
 //! One pipeline out of its layers: what a file says stands over what its base says.
 //!
 //! A derived file's key replaces the base's key of the same name; a node whose `kind` changes loses the base's other
-//! keys; `false` in place of a node, a published file or a requirement removes the base's.
+//! keys, one whose `method` changes those that the new method has not; `false` in place of a node, a published file or a
+//! requirement removes the base's.
 
 use super::{
     problem::Problem,
@@ -35,6 +36,8 @@ pub struct DraftNode<'s> {
     pub kind: Option<Item<'s>>,
     /// In the order of the keys' names.
     pub keys: Vec<(&'s str, Item<'s>)>,
+    /// Keys that were given before the node's method changed. The method that it has now may not know them.
+    pub inherited: Vec<&'s str>,
 }
 
 /// The merged layers, sections checked, contents not.
@@ -188,6 +191,7 @@ fn nodes<'s>(draft: &mut Draft<'s>, section: Item<'s>, rank: usize, problems: &m
             order: (rank as u32, item.key.start),
             kind: None,
             keys: Vec::with_capacity(table.len()),
+            inherited: Vec::new(),
         });
         node.place = item.key;
         let source = item.place.source;
@@ -197,6 +201,9 @@ fn nodes<'s>(draft: &mut Draft<'s>, section: Item<'s>, rank: usize, problems: &m
                 node.keys.clear();
             }
             node.kind = Some(kind);
+        }
+        if let Some((_, v)) = table.iter().find(|(k, _)| k.get_ref() == "method") {
+            node.inherit(v.get_ref(), |_| true);
         }
         let fresh = node.keys.is_empty();
         for (k, v) in table.iter().filter(|(k, _)| k.get_ref() != "kind") {
@@ -211,8 +218,16 @@ fn nodes<'s>(draft: &mut Draft<'s>, section: Item<'s>, rank: usize, problems: &m
 }
 
 impl<'s> DraftNode<'s> {
+    /// Where `method` is another one than before, the keys that `which` picks were given for that.
+    fn inherit(&mut self, method: &DeValue, which: impl Fn(&Item) -> bool) {
+        if self.get("method").and_then(|old| old.value.as_str()) != method.as_str() {
+            self.inherited = self.keys.iter().filter(|(_, item)| which(item)).map(|(key, _)| *key).collect();
+        }
+    }
+
     /// Sets a key; returns what it held.
     fn set(&mut self, key: &'s str, item: Item<'s>) -> Option<Item<'s>> {
+        self.inherited.retain(|k| *k != key);
         match self.keys.binary_search_by_key(&key, |(k, _)| k) {
             Ok(at) => Some(std::mem::replace(&mut self.keys[at].1, item)),
             Err(at) => {
@@ -281,6 +296,10 @@ pub fn apply<'s>(
                     old.iter().for_each(|(_, item)| references(item.value, &mut draft.overruled));
                 }
                 Some(node) => {
+                    if key == "method" {
+                        // What arguments say is said for the method that arguments say, in any order.
+                        node.inherit(value.get_ref(), |old| !arguments.iter().any(|a| a.source() == old.place.source));
+                    }
                     if let Some(old) = node.set(key, item(key_place)) {
                         references(old.value, &mut draft.overruled);
                     }
@@ -293,7 +312,7 @@ pub fn apply<'s>(
 }
 
 /// The knobs that a value refers to.
-fn references<'s>(value: &'s DeValue<'s>, found: &mut Vec<&'s str>) {
+pub fn references<'s>(value: &'s DeValue<'s>, found: &mut Vec<&'s str>) {
     match value {
         DeValue::String(s) => found.extend(super::value::reference(s)),
         DeValue::Array(items) => items.iter().for_each(|item| references(item.get_ref(), found)),

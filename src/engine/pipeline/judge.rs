@@ -3,14 +3,14 @@
 
 use super::{
     draft::DraftNode,
-    link::KindInfo,
+    kind::KindInfo,
     problem::Problem,
     source::Place,
     value::{self, Values},
 };
 use crate::engine::{
     key::source_params,
-    node::{Head, ParamError},
+    node::{Head, ParamError, Parameters},
 };
 use serde_json::Value;
 use std::{
@@ -39,22 +39,22 @@ pub fn judge(
     values: &Values,
     doubts: &mut Vec<(Place, String)>,
     problems: &mut Vec<Problem>,
-) -> Value {
+) -> Option<Parameters> {
     let at = |param: &str, message: String, label: &str| match place(node, param, values) {
         (place, Some(used)) => Problem::at(place, message, label).also(used, "used here"),
         (place, None) => Problem::at(place, message, label),
     };
-    let params = match info.kind.normalise(params) {
+    let params = match info.kind.accept(params) {
         Ok(params) => params,
         Err(ParamError::Refused { param, message }) => {
             let label = if node.get(param).is_some() { "refused" } else { "the default does not fit" };
             problems.push(at(param, format!("node `{name}`, `{param}`: {message}"), label));
-            return Value::Null;
+            return None;
         }
         Err(ParamError::Type(e)) => {
             let message = format!("node `{name}`: its parameters do not fit together: {e}");
             problems.push(Problem::at(node.place, message, "these parameters"));
-            return Value::Null;
+            return None;
         }
     };
     for (param, text) in info.kind.doubts(&params) {
@@ -74,7 +74,7 @@ pub fn judge(
             problems.push(at(param, format!("node `{name}`, `{param}`: `{file}` {what}"), "not what the node reads"));
         }
     }
-    params
+    Some(params)
 }
 
 /// The beginning of a regular file, and whether that is all of it.

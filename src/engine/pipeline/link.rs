@@ -4,43 +4,22 @@
 use super::{
     draft::{Draft, DraftNode, Item, what},
     judge,
+    kind::{KindInfo, Kinds},
     problem::Problem,
     source::Place,
-    suggest,
-    types::{self, Ty},
+    types::Ty,
     value::Values,
 };
-use crate::engine::node::{Arity, Kind, PortSpec, Registry};
+use crate::engine::{
+    node::{Arity, Parameters},
+    registry::Registry,
+};
 use serde_json::{Map, Value};
-use std::{collections::BTreeMap, rc::Rc, sync::Arc};
+use std::rc::Rc;
 use toml::de::DeValue;
 
 /// Keys of a node that no kind may use as the name of a port or parameter.
-pub const OWN_KEYS: [&str; 5] = ["kind", "pipeline", "join", "cross", "per"];
-
-/// A kind with its ports and parameters by name.
-pub struct KindInfo {
-    pub kind: Arc<dyn Kind>,
-    ports: BTreeMap<&'static str, usize>,
-    params: BTreeMap<String, Ty>,
-    required: Vec<String>,
-}
-
-impl KindInfo {
-    fn new(kind: &Arc<dyn Kind>) -> Self {
-        let (params, required) = types::parameters(&kind.spec().params);
-        let ports = kind.spec().inputs.iter().enumerate().map(|(i, p)| (p.name, i)).collect();
-        Self { kind: Arc::clone(kind), ports, params, required }
-    }
-
-    fn inputs(&self) -> &[PortSpec] {
-        &self.kind.spec().inputs
-    }
-
-    pub fn outputs(&self) -> &[PortSpec] {
-        &self.kind.spec().outputs
-    }
-}
+pub const OWN_KEYS: [&str; 6] = ["kind", "method", "pipeline", "join", "cross", "per"];
 
 /// An output as the draft numbers nodes: those of `Links::nodes`.
 pub type Output = (usize, u32);
@@ -58,9 +37,10 @@ pub struct Input {
 pub struct Link<'s> {
     pub name: &'s str,
     pub order: (u32, u32),
-    /// `None` where the kind is missing or unknown, which is reported.
+    /// `None` where the kind or its method is missing or unknown, which is reported.
     pub info: Option<Rc<KindInfo>>,
-    pub params: Value,
+    /// `None` where they are wrong, which is reported.
+    pub params: Option<Parameters>,
     pub inputs: Vec<Input>,
     /// Some input is wrong, so that nothing can be said of the node's axes.
     pub broken: bool,
@@ -85,14 +65,14 @@ pub fn link<'s>(
     everywhere: &[(&str, Value)],
     problems: &mut Vec<Problem>,
 ) -> Links<'s> {
-    let mut kinds: BTreeMap<&str, Rc<KindInfo>> = BTreeMap::new();
+    let mut kinds = Kinds::new(registry);
     let mut nodes: Vec<Link> = Vec::with_capacity(draft.nodes.len());
     for (name, node) in &draft.nodes {
-        let info = kind_of(name, node, draft, registry, &mut kinds, problems);
+        let info = kinds.of(name, node, draft, problems);
         nodes.push(Link {
             name,
             order: node.order,
-            params: Value::Null,
+            params: None,
             inputs: info.as_ref().map_or_else(Vec::new, |i| vec![Input::default(); i.inputs().len()]),
             broken: info.is_none(),
             info,
@@ -108,51 +88,6 @@ pub fn link<'s>(
         }
     }
     links
-}
-
-fn kind_of<'s>(
-    name: &str,
-    node: &DraftNode<'s>,
-    draft: &Draft,
-    registry: &Registry,
-    kinds: &mut BTreeMap<&'s str, Rc<KindInfo>>,
-    problems: &mut Vec<Problem>,
-) -> Option<Rc<KindInfo>> {
-    if let Some(part) = node.get("pipeline") {
-        let message = format!("node `{name}`: a pipeline as a node is not supported yet");
-        let help = "give the node a `kind`; to change a whole pipeline, start your file with [pipeline] base = \"…\"";
-        problems.push(Problem::at(part.key, message, "not supported yet").help(help));
-        return None;
-    }
-    let Some(item) = node.kind else {
-        let others = draft.nodes.keys().copied().filter(|n| *n != name);
-        let hint =
-            if suggest::worthwhile(problems.len()) { suggest::did_you_mean(name, others) } else { String::new() };
-        let help = format!("{hint}every node says its kind: kind = \"…\"; `farfield nodes` lists them");
-        problems.push(Problem::at(node.place, format!("node `{name}` has no `kind`"), "no kind").help(help));
-        return None;
-    };
-    let Some(wanted) = item.value.as_str() else {
-        let message = format!("`kind` is {}, expected text", what(item.value));
-        problems.push(Problem::at(item.place, message, "not text").help("kind = \"…\""));
-        return None;
-    };
-    if let Some(info) = kinds.get(wanted) {
-        return Some(Rc::clone(info));
-    }
-    let Some(kind) = registry.get(wanted) else {
-        let names: Vec<&str> = registry.iter().map(|k| k.spec().name).collect();
-        let help = format!(
-            "{}the kinds are {}",
-            suggest::did_you_mean(wanted, names.iter().copied()),
-            suggest::list(names.iter().copied())
-        );
-        problems.push(Problem::at(item.place, format!("unknown kind `{wanted}`"), "no such kind").help(help));
-        return None;
-    };
-    let info = Rc::new(KindInfo::new(kind));
-    kinds.insert(wanted, Rc::clone(&info));
-    Some(info)
 }
 
 impl<'s> Links<'s> {
@@ -185,8 +120,11 @@ impl<'s> Links<'s> {
                 }
             } else if OWN_KEYS.contains(key) {
                 self.own_key(at, key, *item, problems);
+            } else if node.inherited.contains(key) && info.another_has(key, self.registry) {
+                // It was given for another method.
+                values.pass_over(item.value);
             } else {
-                problems.push(unknown_key(key, *item, info));
+                problems.push(info.unknown_key(key, *item, self.registry));
             }
         }
         let name = self.nodes[at].name;
@@ -194,7 +132,7 @@ impl<'s> Links<'s> {
             if spec.arity != Arity::Optional && !given.iter().any(|g| g.0 == port) {
                 self.nodes[at].broken = true;
                 let message = format!("node `{name}` has no `{}`", spec.name);
-                let label = format!("kind `{}` needs the port `{}`", info.kind.spec().name, spec.name);
+                let label = format!("{} needs the port `{}`", info.kind.spec().phrase(), spec.name);
                 let help = format!("{} = \"…\", {}", spec.name, self.sources_of(at, spec));
                 problems.push(Problem::at(node.place, message, label).help(help));
             }
@@ -202,7 +140,7 @@ impl<'s> Links<'s> {
         for param in &info.required {
             if !node.keys.iter().any(|(key, _)| key == param) {
                 let message = format!("node `{name}` has no `{param}`");
-                let label = format!("kind `{}` needs the parameter `{param}`", info.kind.spec().name);
+                let label = format!("{} needs the parameter `{param}`", info.kind.spec().phrase());
                 let wanted = info.params.get(param).map(Ty::describe).unwrap_or_default();
                 problems.push(Problem::at(node.place, message, label).help(format!("{param} = …, {wanted}")));
             }
@@ -245,21 +183,4 @@ impl<'s> Links<'s> {
             _ => {}
         }
     }
-}
-
-fn unknown_key(key: &str, item: Item, info: &KindInfo) -> Problem {
-    let names = || info.ports.keys().copied().chain(info.params.keys().map(String::as_str));
-    let mut parts = Vec::new();
-    if !info.ports.is_empty() {
-        parts.push(format!("the ports {}", suggest::list(info.ports.keys().copied())));
-    }
-    if !info.params.is_empty() {
-        parts.push(format!("the parameters {}", suggest::list(info.params.keys().map(String::as_str))));
-    }
-    if parts.is_empty() {
-        parts.push("neither ports nor parameters".to_owned());
-    }
-    let kind = info.kind.spec().name;
-    let help = format!("{}`{kind}` has {}", suggest::did_you_mean(key, names().chain(OWN_KEYS)), parts.join(" and "));
-    Problem::at(item.key, format!("kind `{kind}` has no `{key}`"), "no such port or parameter").help(help)
 }

@@ -8,6 +8,7 @@
 mod axes;
 mod draft;
 mod judge;
+mod kind;
 mod link;
 mod order;
 mod problem;
@@ -16,7 +17,6 @@ mod read;
 mod reference;
 mod require;
 mod source;
-mod suggest;
 mod types;
 mod value;
 
@@ -25,12 +25,12 @@ pub use link::OWN_KEYS;
 pub use problem::{Problem, Problems};
 pub use read::Stock;
 pub use source::{Place, Source, Sources};
-pub use suggest::{did_you_mean, elide, list as name_list, nearest};
 pub use types::{Ty, parameters};
 
 use super::{
-    node::Registry,
     plan::{NodeId, OutputRef, Plan, PlanInput, PlanNode, Publish, Requirement},
+    registry::Registry,
+    suggest,
 };
 use axes::NodeAxes;
 use draft::Draft;
@@ -40,6 +40,7 @@ use std::{
     path::{Path, PathBuf},
     sync::Arc,
 };
+pub use suggest::{did_you_mean, elide, list as name_list, nearest};
 use value::Values;
 
 /// What to load.
@@ -128,7 +129,8 @@ fn check(top: Source, path: &Path, request: &Request, registry: &Registry) -> Re
 /// The nodes whose kind has parameter `param`.
 fn owners(draft: &Draft, param: &str, registry: &Registry) -> Vec<String> {
     let has = |node: &draft::DraftNode| {
-        let kind = node.kind.and_then(|k| registry.get(k.value.as_str()?));
+        let method = node.get("method").and_then(|item| item.value.as_str());
+        let kind = node.kind.and_then(|k| registry.find(k.value.as_str()?, method).ok());
         kind.is_some_and(|k| parameters(&k.spec().params).0.contains_key(param))
     };
     draft.nodes.iter().filter(|(_, node)| has(node)).map(|(name, _)| (*name).to_owned()).collect()
@@ -259,7 +261,7 @@ fn plan(
         nodes.push(PlanNode {
             name: link.name.to_owned(),
             kind: Arc::clone(&link.info?.kind),
-            params: link.params,
+            params: link.params?,
             inputs: inputs
                 .map(|((input, axes), gathered)| PlanInput {
                     from: input.from.map(output),

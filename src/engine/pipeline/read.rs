@@ -235,6 +235,13 @@ pub struct Argument<'s> {
     pub value: Spanned<DeValue<'s>>,
 }
 
+impl Argument<'_> {
+    /// The number of its text.
+    pub fn source(&self) -> u32 {
+        self.path.first().map_or(0, |(_, place)| place.source)
+    }
+}
+
 /// Reads `name=value` or `node.key=value`, the value in TOML's syntax or as plain text.
 pub fn argument<'s>(source: u32, text: &'s str) -> Result<Argument<'s>, Problem> {
     let whole = Place::new(source, 0..text.len());

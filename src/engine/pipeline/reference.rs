@@ -150,7 +150,7 @@ impl<'s> Links<'s> {
         let help = format!(
             "{}`{name}` is a `{}` and has the outputs {}",
             suggest::did_you_mean(output, names()),
-            info.kind.spec().name,
+            info.kind.spec().title(),
             suggest::list(names())
         );
         problems.push(
@@ -177,7 +177,8 @@ impl<'s> Links<'s> {
         }
         if found.is_empty() {
             let makers = self.registry.iter().filter(|k| k.spec().outputs.iter().any(|o| o.ty.name == ty));
-            let makers = suggest::list(makers.map(|k| k.spec().name));
+            let makers: Vec<String> = makers.map(|k| k.spec().title()).collect();
+            let makers = suggest::list(makers.iter().map(String::as_str));
             return format!("no node of this pipeline makes a {ty}; kinds that do: {makers}");
         }
         format!("a {ty} comes from {}", suggest::list(found.iter().map(String::as_str)))

@@ -81,7 +81,7 @@ fn measured(links: &Links, node: usize, path: &str, place: Place, problems: &mut
     if spec.measures.is_empty() || spec.measures.iter().any(|m| m.path == path) {
         return true;
     }
-    let message = format!("kind `{}` measures no `{path}`", spec.name);
+    let message = format!("{} measures no `{path}`", spec.phrase());
     problems.push(Problem::at(place, message, "no such measure").help(near_measure(path, &spec.measures)));
     false
 }

@@ -61,6 +61,13 @@ pub fn json(value: &DeValue) -> Value {
 }
 
 impl<'s> Values<'s> {
+    /// A value that nothing takes, although it may be meant: the knobs that it refers to count as used.
+    pub fn pass_over(&self, value: &'s DeValue<'s>) {
+        let mut knobs = Vec::new();
+        super::draft::references(value, &mut knobs);
+        self.used.borrow_mut().extend(knobs);
+    }
+
     /// The value that `item` gives to parameter `name` of type `ty`.
     pub fn convert(&self, name: &'s str, item: Item<'s>, ty: &Ty, problems: &mut Vec<Problem>) -> Option<Value> {
         self.value(Found { value: item.value, place: item.place, reference: None, name }, ty, problems)

@@ -34,7 +34,6 @@ use super::{
 };
 use crate::math::Stop;
 use held::Held;
-use serde_json::Value;
 use std::{
     collections::{BTreeMap, BTreeSet, VecDeque},
     path::PathBuf,
@@ -164,7 +163,6 @@ struct NodeState {
     fixed: Digest,
     source_keys: Vec<(String, SourceKey)>,
     roots: Arc<Vec<Root>>,
-    params: Option<Arc<Value>>,
     /// What its lists are as wholes: the inputs of its key.
     inputs: Vec<Option<Digest>>,
     key: Digest,
@@ -198,8 +196,8 @@ pub struct Schedule<'a> {
     previous: &'a BakeRecord,
     /// Made when a node does not stand where it stood.
     previous_by_name: std::cell::OnceCell<BTreeMap<&'a str, usize>>,
-    /// Per kind: the hash of its share of keys, and its source parameters.
-    kinds: BTreeMap<&'static str, (Digest, Vec<&'a str>)>,
+    /// Per kind and method: the hash of its share of keys, and its source parameters.
+    kinds: BTreeMap<(&'static str, &'static str), (Digest, Vec<&'a str>)>,
     trust: Trust,
     forced: BTreeSet<usize>,
     jobs: usize,
@@ -431,7 +429,6 @@ impl NodeState {
             fixed: Digest::default(),
             source_keys: Vec::new(),
             roots: Arc::default(),
-            params: None,
             inputs: Vec::new(),
             key: Digest::default(),
             variant: Digest::default(),

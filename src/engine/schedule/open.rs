@@ -31,10 +31,11 @@ impl Schedule<'_> {
             return self.finish(n);
         }
         let spec = node.kind.spec();
-        let (share, names) = self.kinds.entry(spec.name).or_insert_with(|| (key::kind(spec), key::source_params(spec)));
+        let (share, names) =
+            self.kinds.entry((spec.name, spec.method)).or_insert_with(|| (key::kind(spec), key::source_params(spec)));
         let share = *share;
         if !names.is_empty() {
-            match source::sources(spec, &node.params, names, self.cache) {
+            match source::sources(spec, node.params.json(), names, self.cache) {
                 Ok(found) => {
                     self.nodes[n].source_keys = found.keys;
                     self.nodes[n].roots = found.roots;
@@ -43,7 +44,7 @@ impl Schedule<'_> {
             }
         }
         let state = &self.nodes[n];
-        let fixed = key::fixed(node.kind.spec(), share, &node.params, &state.source_keys);
+        let fixed = key::fixed(share, node.params.json(), &state.source_keys);
         let mut inputs: Vec<Option<Digest>> =
             node.inputs.iter().map(|input| input.from.map(|from| self.output(from).hash)).collect();
         let mapped = !node.axes.is_empty();

@@ -91,7 +91,7 @@ impl Schedule<'_> {
                 }
             }
             self.nodes[n].fixed =
-                key::fixed(node.kind.spec(), key::kind(node.kind.spec()), &node.params, &self.nodes[n].source_keys);
+                key::fixed(key::kind(node.kind.spec()), node.params.json(), &self.nodes[n].source_keys);
             if !node.axes.is_empty() {
                 return Err(EngineError::Again(format!("a file of {} changed while it ran", self.name(n))));
             }
@@ -129,7 +129,7 @@ impl Schedule<'_> {
             return self.fail(id, message.to_owned());
         }
         let (fixed, keys) = (self.nodes[n].fixed, &self.nodes[n].source_keys);
-        self.cache.put_fixed(fixed, || key::explain(node.kind.spec(), &node.params, keys));
+        self.cache.put_fixed(fixed, || key::explain(node.kind.spec(), node.params.json(), keys));
         self.cache.put_run(key, Arc::new(record), made.values, lock)?;
         self.note_reads(id, variant, reads);
         if cause == Cause::Lost {
@@ -303,7 +303,7 @@ impl Schedule<'_> {
                 };
                 let (key, fixed) = (node.key, node.fixed);
                 let keys = &self.nodes[n].source_keys;
-                self.cache.put_fixed(fixed, || key::explain(plan.kind.spec(), &plan.params, keys));
+                self.cache.put_fixed(fixed, || key::explain(plan.kind.spec(), plan.params.json(), keys));
                 self.cache.put_map(key, &record)?;
             }
         }

@@ -186,7 +186,7 @@ impl Schedule<'_> {
         let state = &mut self.nodes[id.node];
         let task = Task {
             kind: node.kind.clone(),
-            params: state.params.get_or_insert_with(|| Arc::new(node.params.clone())).clone(),
+            params: node.params.clone(),
             inputs,
             element: (spec.uses_name && !node.axes.is_empty()).then(|| shown(&element)),
             roots: state.roots.clone(),

@@ -7,14 +7,13 @@ use crate::{
             blob::{Bad, Blobs, INLINE},
         },
         hash::Digest,
-        node::{Arity, Ctx, Data, Device, Kind, NodeError, PortSpec, Slot},
+        node::{Arity, Ctx, Data, Device, Kind, NodeError, Parameters, PortSpec, Slot},
         record::Read,
         source::{Recorder, Root},
         value::{PortOut, ValueRef, bad_name, shown},
     },
     math::Stop,
 };
-use serde_json::Value;
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{Arc, Mutex, PoisonError},
@@ -55,7 +54,7 @@ pub enum TaskSlot {
 
 pub struct Task {
     pub kind: Arc<dyn Kind>,
-    pub params: Arc<Value>,
+    pub params: Parameters,
     pub inputs: Vec<TaskSlot>,
     /// For kinds that use it.
     pub element: Option<String>,

@@ -1,12 +1,12 @@
-//! `select-direction`: along which direction a solid is peeled.
+//! The direction along which a solid has the fewest layers.
 
-use super::values::Choice;
 use crate::{
     engine::node::{Ctx, Node, NodeError},
+    nodes::{backend, peel_error, values::Choice},
     ports,
     raster::{Geometry, MAX_SIDE},
     scene::Scene,
-    sprite::{self, PeelError},
+    sprite,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -46,10 +46,11 @@ ports! {
     }
 }
 
-pub struct SelectDirection;
+pub struct MinDepthComplexity;
 
-impl Node for SelectDirection {
-    const KIND: &'static str = "select-direction";
+impl Node for MinDepthComplexity {
+    const KIND: &'static str = "select-views";
+    const METHOD: &'static str = "min-depth-complexity";
     const VERSION: u32 = 1;
     type Params = Params;
     type In = In;
@@ -81,17 +82,10 @@ impl Node for SelectDirection {
             [h, v] => sprite::candidates([h, v]),
             _ => sprite::spread(params.count),
         };
-        let judged = sprite::judge(super::backend(ctx), &geometry, &directions, params.probe, ctx.stop);
-        let judged = judged.map_err(failure)?;
+        let judged = sprite::judge(backend(ctx), &geometry, &directions, params.probe, ctx.stop);
+        let judged = judged.map_err(peel_error)?;
         let all = || judged.iter().map(|c| c.depth_complexity);
         let depth_complexity = [all().min().unwrap_or(0), all().max().unwrap_or(0)];
         Ok(Out { direction: Arc::new(Choice { direction: judged[0].direction, depth_complexity }) })
-    }
-}
-
-pub(super) fn failure(error: PeelError) -> NodeError {
-    match error {
-        PeelError::Stopped(stopped) => NodeError::Stopped(stopped),
-        other => NodeError::Failed(other.to_string()),
     }
 }

@@ -1,8 +1,13 @@
-//! Policy `quadric`: meshoptimizer's simplifier, the baseline. It knows nothing of voxels; what it covers is found afterwards.
+//! meshoptimizer's simplifier on a mesh over voxels, the baseline for `voxel-cover`. It knows nothing of voxels; what it covers is found
+//! afterwards.
 
+use super::voxel_cover::node::check_factor;
 use crate::{
     array::Array,
+    engine::node::{Ctx, Node, NodeError},
     math::{Stop, Stopped, squared_distance},
+    nodes::values::Factor,
+    ports,
     voxel::{
         VoxelMesh,
         touch::{self, Point, Toucher},
@@ -10,6 +15,76 @@ use crate::{
 };
 use glam::DVec3;
 use meshopt::{DecodePosition, SimplifyOptions};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Simplifies a connected mesh over voxels by meshoptimizer's quadrics down to a number of triangles, for comparison with `voxel-cover`: it
+/// covers nothing for certain. A method of its own beside `quadric`, because its faces name the voxels that they cover.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Params {
+    /// Triangles at which it stops; 1 or more. Topology may stop it before.
+    pub triangles: u32,
+    /// Side of the box in which a face covers a voxel, in voxels; 1 to 8.
+    pub factor: f64,
+    /// Whether boundary vertices stay where they are.
+    pub lock_border: bool,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { triangles: 1000, factor: 2.0, lock_border: false }
+    }
+}
+
+ports! {
+    pub struct In {
+        /// A connected mesh over voxels.
+        mesh: Arc<VoxelMesh>,
+        /// Takes the place of `factor` where it holds one.
+        fitted: Option<Arc<Factor>>,
+    }
+}
+
+ports! {
+    pub struct Out {
+        /// The same surface in fewer triangles; every face names the voxels that it covers, or that lie nearest to it.
+        mesh: Arc<VoxelMesh>,
+    }
+}
+
+pub struct VoxelQuadric;
+
+impl Node for VoxelQuadric {
+    const KIND: &'static str = "collapse";
+    const METHOD: &'static str = "voxel-quadric";
+    const VERSION: u32 = 1;
+    /// meshoptimizer is C++.
+    const NATIVE: bool = true;
+    type Params = Params;
+    type In = In;
+    type Out = Out;
+
+    fn memory(_: &Params, sizes: &[u64]) -> u64 {
+        // Quadrics, positions and the lists of voxels beside the mesh itself.
+        sizes.first().copied().unwrap_or(0).saturating_mul(6)
+    }
+
+    fn check(params: &Params) -> Result<(), (&'static str, String)> {
+        check_factor(params.factor)?;
+        if params.triangles == 0 {
+            return Err(("triangles", "expected 1 or more".into()));
+        }
+        Ok(())
+    }
+
+    fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
+        let factor = inputs.fitted.and_then(|f| f.0).unwrap_or(params.factor);
+        let target = Target { triangles: params.triangles as usize, lock_border: params.lock_border };
+        Ok(Out { mesh: Arc::new(simplify(&inputs.mesh, target, factor, ctx.stop)?) })
+    }
+}
 
 /// A position as meshoptimizer reads it.
 struct Position([f32; 3]);

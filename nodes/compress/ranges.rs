@@ -1,8 +1,8 @@
-//! `compress`: a layered depth image in the fewest values.
+//! A layered depth image in the fewest values.
 
-use super::values::Sprite;
 use crate::{
     engine::node::{Ctx, Node, NodeError},
+    nodes::values::Sprite,
     ports,
     sprite::{self, Grid, Packed, Peeled},
 };
@@ -63,10 +63,11 @@ ports! {
     }
 }
 
-pub struct Compress;
+pub struct Ranges;
 
-impl Node for Compress {
+impl Node for Ranges {
     const KIND: &'static str = "compress";
+    const METHOD: &'static str = "ranges";
     const VERSION: u32 = 2;
     type Params = Params;
     type In = In;

@@ -1,8 +1,8 @@
-//! `peel`: all depths along one direction.
+//! All depths of a solid along one direction.
 
-use super::{samples_per_side, select_direction::failure, values::Choice};
 use crate::{
     engine::node::{Ctx, Node, NodeError},
+    nodes::{backend, peel_error, samples_per_side, values::Choice},
     ports,
     raster::{Geometry, MAX_SIDE},
     scene::Scene,
@@ -66,10 +66,11 @@ ports! {
     }
 }
 
-pub struct Peel;
+pub struct Solid;
 
-impl Node for Peel {
+impl Node for Solid {
     const KIND: &'static str = "peel";
+    const METHOD: &'static str = "solid";
     const VERSION: u32 = 3;
     type Params = Params;
     type In = In;
@@ -105,11 +106,10 @@ impl Node for Peel {
             Repair::Pair => sprite::Repair::Pair,
             Repair::Winding => sprite::Repair::Winding,
         };
-        let backend = super::backend(ctx);
         let how =
             Peeling { resolution: params.resolution, samples: samples_per_side(params.samples).unwrap_or(1), repair };
-        let peeled = sprite::peel(backend, &geometry, &direction, &how, ctx.stop);
-        let peeled = peeled.map_err(failure)?;
+        let peeled = sprite::peel(backend(ctx), &geometry, &direction, &how, ctx.stop);
+        let peeled = peeled.map_err(peel_error)?;
         if let Some(first) = peeled.odd.first() {
             let open = sprite::closedness(&geometry).open_edges;
             (ctx.warn)(format!(
