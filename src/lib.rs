@@ -6,6 +6,7 @@ pub mod array;
 pub mod atlas;
 pub mod certify;
 pub mod cli;
+pub mod depth_mesh;
 pub mod engine;
 pub mod formats;
 #[cfg(feature = "gpu")]

@@ -5,8 +5,21 @@
 
 use std::path::{Path, PathBuf};
 
-const ALGORITHMS: [&str; 12] =
-    ["scene", "raster", "mesh", "view", "voxel", "image", "atlas", "formats", "certify", "runtime", "gpu", "sprite"];
+const ALGORITHMS: [&str; 13] = [
+    "scene",
+    "raster",
+    "mesh",
+    "view",
+    "voxel",
+    "image",
+    "atlas",
+    "formats",
+    "certify",
+    "runtime",
+    "gpu",
+    "sprite",
+    "depth_mesh",
+];
 
 fn sources(folder: &str) -> Vec<(String, String)> {
     fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
