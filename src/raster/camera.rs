@@ -1,7 +1,7 @@
 //! From the world to the pixel grid: camera space in f64, snapping to 1/256 px, the guard band.
 
 use crate::view::{Projection, View};
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 /// Largest width and height of a view, pixels.
 pub const MAX_SIDE: u32 = 16384;
@@ -78,6 +78,12 @@ impl Camera {
 
     pub fn forward(&self) -> DVec3 {
         self.frame.row(2)
+    }
+
+    /// The unit direction from a point of the world to the eye.
+    pub fn towards(&self, p: DVec3) -> Vec3 {
+        let d = if self.perspective { self.eye - p } else { -self.forward() };
+        d.try_normalize().unwrap_or(-self.forward()).as_vec3()
     }
 
     pub fn world_to_camera(&self, p: DVec3) -> DVec3 {

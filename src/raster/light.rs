@@ -13,6 +13,18 @@ pub struct Light {
     pub sky: [f32; 3],
     /// Seen by surfaces that face down.
     pub ground: [f32; 3],
+    /// Surfaces mirror the sun; `None`: they are matt.
+    pub gloss: Option<Gloss>,
+}
+
+/// The highlight of Blinn's model (1977): the sun's colour times strength · (n·h)^exponent · (n·l), h halfway between the
+/// directions to the sun and to the eye. The factor n·l lets it fade where the surface turns away from the sun.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gloss {
+    /// ≥ 0.
+    pub strength: f32,
+    /// > 0; larger makes smaller highlights.
+    pub exponent: f32,
 }
 
 impl Default for Light {
@@ -23,6 +35,7 @@ impl Default for Light {
             sun: [0.72, 0.68, 0.60],
             sky: [0.30, 0.35, 0.42],
             ground: [0.17, 0.15, 0.13],
+            gloss: None,
         }
     }
 }
@@ -33,5 +46,13 @@ impl Light {
         let sun = n.dot(self.to_sun).max(0.0);
         let up = 0.5 + 0.5 * n.y;
         std::array::from_fn(|k| self.sun[k] * sun + self.ground[k] + (self.sky[k] - self.ground[k]) * up)
+    }
+
+    /// `lit` with the highlight of a surface with the unit normal `n`, seen from the unit direction `to_eye`.
+    pub fn with_highlight(&self, lit: [f32; 3], n: Vec3, to_eye: Vec3) -> [f32; 3] {
+        let Some(gloss) = self.gloss else { return lit };
+        let h = (self.to_sun + to_eye).normalize_or_zero();
+        let share = gloss.strength * libm::powf(n.dot(h).max(0.0), gloss.exponent) * n.dot(self.to_sun).max(0.0);
+        std::array::from_fn(|k| lit[k] + self.sun[k] * share)
     }
 }

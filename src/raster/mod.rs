@@ -18,6 +18,7 @@ mod coverage;
 mod fragments;
 mod geometry;
 mod light;
+mod memo;
 mod nearest;
 mod noise;
 mod patch;
@@ -36,7 +37,7 @@ pub use clip::Polygon;
 pub use coverage::{Coverage, coverage};
 pub use fragments::{Fragment, Fragments, TileFragments, fragments, fragments_in_tiles};
 pub use geometry::{Geometry, Place};
-pub use light::Light;
+pub use light::{Gloss, Light};
 pub use nearest::{NOTHING, Nearest, nearest, nearest_in_tiles};
 pub use noise::Noise;
 pub(crate) use prepare::faces_any;
@@ -47,10 +48,12 @@ pub use tile::Tile;
 
 pub(crate) use camera::Camera;
 pub(crate) use geometry::Cutout;
-#[cfg(feature = "gpu")]
+pub(crate) use memo::Memo;
 pub(crate) use nearest::Samples;
-pub(crate) use patch::Holes;
-pub(crate) use shade::Facet;
+pub(crate) use patch::{Holes, Patch};
+pub(crate) use shade::{Facet, Layer};
+pub(crate) use texture::{Coordinates, Mips, Role};
+pub(crate) use tile::Grid;
 
 use glam::DVec3;
 

@@ -1,7 +1,7 @@
 //! Pictures: supersampled colour over a background.
 
 use super::{
-    Backend, NOTHING, Nearest, Options, Prepared, Shader, Shading, Tile, camera::Camera, nearest::nearest_in_tiles,
+    Backend, Memo, NOTHING, Nearest, Options, Prepared, Shader, Shading, Tile, camera::Camera, nearest::nearest_in_tiles,
     shade::Facet, tile::Grid,
 };
 use crate::{
@@ -92,15 +92,7 @@ pub fn picture(
     let tiles = nearest_in_tiles(backend, &prepared, stop, |tile, _, triangles| {
         resolve(&tile, triangles, how, &mut Facets::new(shader, &camera))
     })?;
-    let mut texels = vec![[0u8; 4]; view.width as usize * view.height as usize];
-    for (rows, tile) in grid.split(&mut texels).into_iter().zip(tiles) {
-        let mut rest = &tile[..];
-        for row in rows {
-            let (first, others) = rest.split_at(row.len());
-            row.copy_from_slice(first);
-            rest = others;
-        }
-    }
+    let texels = grid.join(&tiles, [0; 4]);
     Ok(Picture { width: view.width, height: view.height, texels })
 }
 
@@ -178,24 +170,15 @@ impl Square<'_> {
 struct Facets<'a> {
     shader: &'a Shader<'a>,
     camera: &'a Camera,
-    facets: Vec<(u32, Facet<'a>)>,
-    /// Position in `facets` by the low bits of the triangle number.
-    at: [u32; 256],
+    facets: Memo<Facet<'a>>,
 }
 
 impl<'a> Facets<'a> {
     fn new(shader: &'a Shader<'a>, camera: &'a Camera) -> Self {
-        Self { shader, camera, facets: Vec::new(), at: [u32::MAX; 256] }
+        Self { shader, camera, facets: Memo::default() }
     }
 
     fn get(&mut self, triangle: u32) -> &Facet<'a> {
-        let slot = triangle as usize % self.at.len();
-        let mut i = self.at[slot] as usize;
-        if self.facets.get(i).is_none_or(|f| f.0 != triangle) {
-            i = self.facets.len();
-            self.facets.push((triangle, self.shader.facet(self.camera, triangle)));
-            self.at[slot] = i as u32;
-        }
-        &self.facets[i].1
+        self.facets.get(triangle, || self.shader.facet(self.camera, triangle))
     }
 }

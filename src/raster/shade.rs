@@ -8,7 +8,7 @@ use super::{
     texture::{Coordinates, Mips, Role},
 };
 use crate::{
-    scene::{Image, Texture},
+    scene::{Image, Texture, Wrap},
     view::View,
 };
 use glam::{DVec3, Vec3};
@@ -19,13 +19,13 @@ use std::{collections::BTreeMap, sync::Arc};
 pub struct Shader<'a> {
     pub geometry: &'a Geometry,
     /// One for each draw.
-    looks: Vec<Look<'a>>,
+    looks: Vec<Look>,
 }
 
-struct Look<'a> {
-    base: Option<Arc<Mips<'a>>>,
-    normal: Option<Arc<Mips<'a>>>,
-    emissive: Option<Arc<Mips<'a>>>,
+struct Look {
+    base: Option<Arc<Mips>>,
+    normal: Option<Arc<Mips>>,
+    emissive: Option<Arc<Mips>>,
 }
 
 /// How surfaces become colours.
@@ -49,6 +49,8 @@ pub struct Surface {
     pub color: [f32; 4],
     /// Unit, world space, with the normal map; flipped where the triangle is seen from behind.
     pub normal: Vec3,
+    /// Unit, towards the eye.
+    pub to_eye: Vec3,
     /// Linear.
     pub emissive: [f32; 3],
     /// The material wants no light.
@@ -62,7 +64,11 @@ impl Surface {
         match shading {
             Shading::Lit(light) if !self.unlit => {
                 let (on, c) = (light.on(self.normal), [r, g, b]);
-                std::array::from_fn(|k| c[k] * on[k] + self.emissive[k])
+                let lit = std::array::from_fn(|k| c[k] * on[k] + self.emissive[k]);
+                match light.gloss {
+                    Some(_) => light.with_highlight(lit, self.normal, self.to_eye),
+                    None => lit,
+                }
             }
             Shading::Noise(noise) => {
                 let n = noise.at(self.position);
@@ -128,7 +134,7 @@ impl<'a> Shader<'a> {
 /// A triangle prepared for shading in one view.
 pub(crate) struct Facet<'a> {
     draw: &'a Draw,
-    look: &'a Look<'a>,
+    look: &'a Look,
     camera: Camera,
     indices: [u32; 3],
     /// World space, in the order of the mesh's indices.
@@ -139,9 +145,10 @@ pub(crate) struct Facet<'a> {
 }
 
 /// One texture of a facet.
-struct Layer<'a> {
-    texture: &'a Texture,
-    mips: &'a Mips<'a>,
+pub(crate) struct Layer<'a> {
+    wrap: [Wrap; 2],
+    smooth: bool,
+    mips: &'a Mips,
     coordinates: Coordinates,
     /// Change of Σ fᵢ·uᵢ, Σ fᵢ·vᵢ and Σ fᵢ (see [`Patch`]) from pixel to pixel, in texels for the first two.
     slopes: [[f64; 2]; 3],
@@ -152,16 +159,21 @@ impl<'a> Layer<'a> {
         patch: &Patch,
         draw: &Draw,
         indices: [u32; 3],
-        texture: &'a Option<Texture>,
-        mips: &'a Option<Arc<Mips<'a>>>,
+        texture: &Option<Texture>,
+        mips: &'a Option<Arc<Mips>>,
     ) -> Option<Self> {
         let (texture, mips) = (texture.as_ref()?, mips.as_deref()?);
         let coordinates = Coordinates::new(texture, &draw.mesh, indices);
-        let along = |k: usize| patch.slope(coordinates.corners.map(|c| c[k]));
-        Some(Self { texture, mips, coordinates, slopes: [along(0), along(1), patch.slope([1.0; 3])] })
+        Some(Self::new(patch, coordinates, mips, texture.wrap, texture.smooth))
     }
 
-    fn sample(&self, w: [f64; 3], inverse: f64) -> [f32; 4] {
+    pub fn new(patch: &Patch, coordinates: Coordinates, mips: &'a Mips, wrap: [Wrap; 2], smooth: bool) -> Self {
+        let along = |k: usize| patch.slope(coordinates.corners.map(|c| c[k]));
+        Self { wrap, smooth, mips, coordinates, slopes: [along(0), along(1), patch.slope([1.0; 3])] }
+    }
+
+    /// Linear RGBA at barycentric coordinates `w`, filtered over the footprint; `inverse` as [`Patch::weights`] gives it.
+    pub fn sample(&self, w: [f64; 3], inverse: f64) -> [f32; 4] {
         let uv = self.coordinates.at(w);
         let [du, dv, d1] = self.slopes;
         let size = self.mips.size();
@@ -172,7 +184,7 @@ impl<'a> Layer<'a> {
             x * x + y * y
         };
         let footprint = length(0).max(length(1)) as f32;
-        self.mips.sample(uv, footprint, self.texture.wrap, self.texture.smooth)
+        self.mips.sample(uv, footprint, self.wrap, self.smooth)
     }
 }
 
@@ -189,8 +201,10 @@ impl Facet<'_> {
     }
 
     fn surface_at(&self, w: [f64; 3], inverse: f64) -> Surface {
+        let position = self.position_at(w);
         Surface {
-            position: self.position_at(w),
+            position,
+            to_eye: self.camera.towards(position),
             color: self.color_at(w, inverse),
             normal: self.normal_at(w, inverse),
             emissive: self.emissive_at(w, inverse),

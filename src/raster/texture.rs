@@ -1,11 +1,11 @@
 //! Textures: coordinates, mip chains in linear light, filtering.
 
 use crate::{
+    array::Array,
     image::srgb,
     scene::{Image, Mesh, Texture, Wrap},
 };
 use glam::Vec4;
-use std::borrow::Cow;
 
 /// The texture coordinates of a triangle's corners, the texture's transform applied.
 #[derive(Clone, Copy, Debug)]
@@ -48,27 +48,27 @@ pub(crate) enum Role {
 
 /// An image's mip levels in 8 bits, encoded as the image is; averages are made in linear light.
 #[derive(Debug)]
-pub(crate) struct Mips<'a> {
-    levels: Vec<Level<'a>>,
+pub(crate) struct Mips {
+    levels: Vec<Level>,
     role: Role,
     /// Linear value of a byte of colour, 0 to 1.
     linear: [f32; 256],
 }
 
 #[derive(Debug)]
-struct Level<'a> {
-    width: u32,
-    height: u32,
-    texels: Cow<'a, [[u8; 4]]>,
+pub(crate) struct Level {
+    pub width: u32,
+    pub height: u32,
+    pub texels: Array<[u8; 4]>,
 }
 
-impl<'a> Mips<'a> {
-    pub fn new(image: &'a Image, role: Role) -> Self {
+impl Mips {
+    pub fn new(image: &Image, role: Role) -> Self {
         let linear = std::array::from_fn(|i| match role {
             Role::Data => i as f32 / 255.0,
             _ => srgb::to_linear(i as u8),
         });
-        let base = Level { width: image.width, height: image.height, texels: Cow::Borrowed(&image.texels) };
+        let base = Level { width: image.width, height: image.height, texels: image.texels.clone() };
         let mut mips = Self { levels: vec![base], role, linear };
         while let Some(last) = mips.levels.last().filter(|l| l.width > 1 || l.height > 1) {
             let next = mips.halved(last);
@@ -78,16 +78,17 @@ impl<'a> Mips<'a> {
     }
 
     /// Half the size, rounded down, at least 1; every texel the mean over the area that it covers.
-    fn halved(&self, level: &Level) -> Level<'a> {
+    fn halved(&self, level: &Level) -> Level {
         let (width, height) = ((level.width / 2).max(1), (level.height / 2).max(1));
         let columns: Vec<_> = (0..width).map(|x| spread(x, width, level.width)).collect();
+        let source = &level.texels[..];
         let mut texels = Vec::with_capacity(width as usize * height as usize);
         for y in 0..height {
             let rows = spread(y, height, level.height);
             for columns in &columns {
                 let mut sum = Vec4::ZERO;
                 for (sy, wy) in rows.into_iter().filter(|r| r.1 > 0.0) {
-                    let row = &level.texels[sy as usize * level.width as usize..];
+                    let row = &source[sy as usize * level.width as usize..];
                     for (sx, wx) in columns.iter().filter(|c| c.1 > 0.0) {
                         sum += self.decoded(row[*sx as usize]) * (wx * wy);
                     }
@@ -100,7 +101,7 @@ impl<'a> Mips<'a> {
                 texels.push([code(c[0]), code(c[1]), code(c[2]), (c[3] * 255.0 + 0.5) as u8]);
             }
         }
-        Level { width, height, texels: Cow::Owned(texels) }
+        Level { width, height, texels: texels.into() }
     }
 
     /// A texel as it is averaged: linear, and where holes are cut, weighted by its alpha.

@@ -81,6 +81,20 @@ impl Grid {
         }
         tiles
     }
+
+    /// The image, row by row, whose tiles have these values, each row by row.
+    pub fn join<T: Copy>(&self, tiles: &[Vec<T>], fill: T) -> Vec<T> {
+        let mut image = vec![fill; self.width as usize * self.height as usize];
+        for (rows, tile) in self.split(&mut image).into_iter().zip(tiles) {
+            let mut rest = &tile[..];
+            for row in rows {
+                let (first, others) = rest.split_at(row.len());
+                row.copy_from_slice(first);
+                rest = others;
+            }
+        }
+        image
+    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! How stand-ins are drawn: the CPU twins of what ships to engines, behind one interface.
 
+pub mod dmesh;
 mod scene;
 mod size;
 

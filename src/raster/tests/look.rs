@@ -184,6 +184,7 @@ fn lit_surfaces_know_the_sun() {
         position: glam::DVec3::ZERO,
         color: [0.5, 0.5, 0.5, 1.0],
         normal,
+        to_eye: Vec3::Z,
         emissive: [0.1, 0.0, 0.0],
         unlit,
     };
@@ -192,6 +193,24 @@ fn lit_surfaces_know_the_sun() {
     assert!(sunny[1] > 3.0 * shady[1] && shady[1] > 0.0);
     assert_eq!(surface(Vec3::Y, true).seen(&lit), [0.5; 3]);
     assert_eq!(surface(Vec3::Y, false).seen(&Shading::Unlit), [0.5; 3]);
+}
+
+#[test]
+fn highlights_lie_between_sun_and_eye() {
+    let gloss = Some(Gloss { strength: 0.5, exponent: 40.0 });
+    let light = Light { to_sun: Vec3::Y, gloss, ..Light::default() };
+    let matt = Light { gloss: None, ..light };
+    let seen = |normal: Vec3, to_eye: Vec3, light: Light| {
+        let color = [0.2, 0.3, 0.4, 1.0];
+        let s = Surface { position: DVec3::ZERO, color, normal, to_eye, emissive: [0.0; 3], unlit: false };
+        Vec3::from(s.seen(&Shading::Lit(light)))
+    };
+    let halfway = (Vec3::X + Vec3::Y).normalize();
+    let extra = |normal, to_eye| seen(normal, to_eye, light) - seen(normal, to_eye, matt);
+    let peak = Vec3::from(light.sun) * 0.5 * halfway.y;
+    assert!((extra(halfway, Vec3::X) - peak).length() < 1e-6);
+    assert!(extra(Vec3::Y, Vec3::X).length() < 0.01 * peak.length());
+    assert_eq!(extra(Vec3::NEG_Y, Vec3::NEG_Y), Vec3::ZERO);
 }
 
 /// Shading squares of samples together changes a smooth picture little, and its outline not at all.
