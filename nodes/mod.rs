@@ -5,6 +5,7 @@ mod classify_points;
 pub mod collapse;
 mod collide_sprites;
 mod compress;
+mod depth_mesh;
 mod draw_sprites;
 mod evaluate;
 mod evaluate_sprite;
@@ -21,6 +22,7 @@ mod select_views;
 mod split_objects;
 pub mod values;
 pub mod view_cell;
+mod view_region;
 mod volumes;
 pub mod voxel_mesh;
 mod write_glb;
@@ -79,12 +81,8 @@ fn json_file(value: &serde_json::Value) -> Result<Arc<File>, NodeError> {
 }
 
 /// Methods that are designed but not built yet.
-const PLANNED: [Planned; 5] = [
-    Planned {
-        kind: "select-views",
-        methods: &["box-faces", "icosahedron", "entropy", "entropy-perturbed", "cell-windows"],
-    },
-    Planned { kind: "peel", methods: &["layers"] },
+const PLANNED: [Planned; 4] = [
+    Planned { kind: "select-views", methods: &["icosahedron", "entropy", "entropy-perturbed", "cell-windows"] },
     Planned { kind: "collapse", methods: &["silhouette-weight"] },
     Planned { kind: "resample", methods: &["views", "relief"] },
     Planned { kind: "compress", methods: &["textures"] },
@@ -123,7 +121,12 @@ pub fn registry() -> Registry {
     r.add::<render_slices::RenderSlices>();
     r.add::<evaluate::Evaluate>();
     r.add::<select_views::MinDepthComplexity>();
+    r.add::<select_views::BoxFaces>();
+    r.add::<view_region::Sphere>();
+    r.add::<view_region::Path>();
+    r.add::<peel::Layers>();
     r.add::<peel::Solid>();
+    r.add::<depth_mesh::DepthMesh>();
     r.add::<compress::Ranges>();
     r.add::<collide_sprites::CollideSprites>();
     r.add::<classify_points::ClassifyPoints>();

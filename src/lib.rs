@@ -4,6 +4,7 @@
 
 pub mod array;
 pub mod atlas;
+pub mod capture;
 pub mod certify;
 pub mod cli;
 pub mod depth_mesh;

@@ -1,7 +1,10 @@
-//! How the values that flow on edges are stored: `Artifact` for scenes, cells, fields, meshes, factors, bounds and sprites.
+//! How the values that flow on edges are stored: `Artifact` for scenes, cameras, captures, cells, fields, meshes, factors, bounds and sprites.
 
 mod bound;
+mod camera;
+mod capture;
 mod charted_mesh;
+pub mod depth_meshes;
 mod factor;
 mod scene;
 mod slices;

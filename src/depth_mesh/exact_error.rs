@@ -4,13 +4,7 @@
 //! of its two triangles', is at most ε, no grid point is farther than ε from the triangle that stands in for it,
 //! whatever its neighbours are: the bound holds triangle by triangle and needs no maximum up the hierarchy.
 
-use super::{
-    edge_error::across,
-    grid::Grid,
-    map::DepthMap,
-    options::Distance,
-    rays::Rays,
-};
+use super::{edge_error::across, grid::Grid, map::DepthMap, options::Distance, rays::Rays};
 use glam::Vec3;
 use rayon::prelude::*;
 

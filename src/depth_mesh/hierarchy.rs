@@ -178,10 +178,10 @@ impl Nodes {
                     flags[i] = parent(of.map(|c| finer_flags[c]), |a, b| a | b);
                     let own = own_error(error, side, (2 * i + 1) * h, (2 * j + 1) * h, h);
                     errors[i] = of.map(|c| finer_errors[c]).into_iter().fold(own, f32::max);
-                    let [n, f] = of.map(|c| finer_ranges[c]).into_iter().fold(
-                        [f32::INFINITY, f32::NEG_INFINITY],
-                        |a, b| [a[0].min(b[0]), a[1].max(b[1])],
-                    );
+                    let [n, f] = of
+                        .map(|c| finer_ranges[c])
+                        .into_iter()
+                        .fold([f32::INFINITY, f32::NEG_INFINITY], |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
                     ranges[i] = [n, f];
                 }
             });

@@ -17,6 +17,7 @@ mod exact_error;
 mod frustum;
 mod grid;
 mod hierarchy;
+mod layers;
 mod map;
 mod measure;
 mod mesh;
@@ -34,6 +35,7 @@ mod tests;
 
 pub use emit::Triangulation;
 pub use hierarchy::Hierarchy;
+pub use layers::{LayerError, MeshedLayer, MeshedView, Meshing, mesh_capture};
 pub use map::{DepthMap, MapError, Resampled, resample};
 pub use measure::{Measured, measure};
 pub use mesh::DepthMesh;

@@ -68,7 +68,7 @@ pub enum Propagation {
 }
 
 /// How a hierarchy is made.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Options {
     pub error: ErrorMeasure,
     pub distance: Distance,

@@ -1,8 +1,8 @@
 //! Pictures: supersampled colour over a background.
 
 use super::{
-    Backend, Memo, NOTHING, Nearest, Options, Prepared, Shader, Shading, Tile, camera::Camera, nearest::nearest_in_tiles,
-    shade::Facet, tile::Grid,
+    Backend, Memo, NOTHING, Nearest, Options, Prepared, Shader, Shading, Tile, camera::Camera,
+    nearest::nearest_in_tiles, shade::Facet, tile::Grid,
 };
 use crate::{
     image::{Picture, srgb},

@@ -132,7 +132,8 @@ fn small_tolerances_keep_the_outline() {
     for _ in 0..30 {
         let map = random_map(&mut random, 33, true);
         for options in all_options() {
-            let hierarchy = Hierarchy::new(map.clone(), &Options { segmentation: Segmentation::None, ..options }).unwrap();
+            let hierarchy =
+                Hierarchy::new(map.clone(), &Options { segmentation: Segmentation::None, ..options }).unwrap();
             let area = |mesh: &DepthMesh| {
                 let doubled = |t: &[u32; 3]| {
                     let [a, b, c] = t.map(|i| mesh.grid[i as usize] as i64).map(|i| (i % 33, i / 33));
@@ -155,8 +156,13 @@ fn refined_meshes_lose_only_leaves() {
     for _ in 0..60 {
         let map = random_map(&mut random, 33, true);
         for error in [ErrorMeasure::Edge, ErrorMeasure::Exact] {
-            let options =
-                Options { error, lambda: 0.1, omega: 30.0, propagation: Propagation::Refine, ..Options::for_extent(2.0) };
+            let options = Options {
+                error,
+                lambda: 0.1,
+                omega: 30.0,
+                propagation: Propagation::Refine,
+                ..Options::for_extent(2.0)
+            };
             let hierarchy = Hierarchy::new(map.clone(), &options).unwrap();
             for epsilon in [0.001, 0.02, 1.0, 100.0] {
                 let area = |hierarchy: &Hierarchy, epsilon: f32| {

@@ -29,8 +29,7 @@ fn errors_are_those_of_the_equations() {
 #[test]
 fn wide_views_use_the_full_distance() {
     let distance = |tangent: f64| {
-        let projection =
-            Projection::Perspective { left: -tangent, right: tangent, bottom: -0.1, top: 0.1 };
+        let projection = Projection::Perspective { left: -tangent, right: tangent, bottom: -0.1, top: 0.1 };
         let map = DepthMap::new(View { projection, ..camera(3, true) }, vec![1.0; 9]).unwrap();
         Hierarchy::new(map, &options()).unwrap().distance()
     };
@@ -60,9 +59,11 @@ fn exact_errors_bound_the_deviation() {
         let side = [5, 9, 17, 33, 65][round % 5];
         let map = random_map(&mut random, side, round % 3 == 0);
         let epsilon = (0.001 + 0.1 * random.unit() * random.unit()) as f32;
-        for (distance, propagation) in
-            [(Distance::Full, Propagation::Paper), (Distance::Full, Propagation::Refine), (Distance::Depth, Propagation::Paper)]
-        {
+        for (distance, propagation) in [
+            (Distance::Full, Propagation::Paper),
+            (Distance::Full, Propagation::Refine),
+            (Distance::Depth, Propagation::Paper),
+        ] {
             let options = Options { error: ErrorMeasure::Exact, distance, propagation, ..options() };
             let hierarchy = Hierarchy::new(map.clone(), &options).unwrap();
             let mesh = hierarchy.static_mesh(epsilon);

@@ -21,7 +21,10 @@ fn images_that_are_no_maps_are_named() {
         let text = message(3, 3, depth);
         assert!(text.contains("pixel (2, 1)"), "{text}");
     }
-    let view = View { projection: Projection::Perspective { left: 0.0, right: 0.0, bottom: -1.0, top: 1.0 }, ..camera(3, true) };
+    let view = View {
+        projection: Projection::Perspective { left: 0.0, right: 0.0, bottom: -1.0, top: 1.0 },
+        ..camera(3, true)
+    };
     assert_eq!(DepthMap::new(view, vec![1.0; 9]), Err(MapError::View));
 }
 
@@ -59,8 +62,7 @@ fn surfaces_at_the_eye_and_far_away_are_finite() {
         for perspective in [true, false] {
             let map = map(9, perspective, |(x, y)| depths[(x * 7 + y * 3) % 3]);
             for options in all_options() {
-                for segmentation in
-                    [Segmentation::Connectedness, Segmentation::Disparity, Segmentation::Orthogonality]
+                for segmentation in [Segmentation::Connectedness, Segmentation::Disparity, Segmentation::Orthogonality]
                 {
                     let hierarchy = Hierarchy::new(map.clone(), &Options { segmentation, ..options.clone() }).unwrap();
                     assert!(hierarchy.error().iter().all(|e| e.is_finite()), "{depths:?} {:?}", hierarchy.error());

@@ -98,7 +98,7 @@ pub fn faces(t: &Triangulation) -> Vec<[u32; 3]> {
 pub fn all_options() -> impl Iterator<Item = Options> {
     let errors = [ErrorMeasure::Edge, ErrorMeasure::Exact];
     let kinds = [Propagation::Paper, Propagation::Refine];
-    errors.into_iter().flat_map(move |error| {
-        kinds.map(|propagation| Options { error, propagation, ..Options::for_extent(2.0) })
-    })
+    errors
+        .into_iter()
+        .flat_map(move |error| kinds.map(|propagation| Options { error, propagation, ..Options::for_extent(2.0) }))
 }

@@ -54,7 +54,8 @@ fn no_point_is_missed() {
             if pixels > f64::from(tau) * 0.9999 {
                 literal.insert((x, y));
             }
-            let (px, py, z) = if (p - novel.eye).dot(novel.forward) > 0.0 { novel.project(p) } else { (-1.0, -1.0, 0.0) };
+            let (px, py, z) =
+                if (p - novel.eye).dot(novel.forward) > 0.0 { novel.project(p) } else { (-1.0, -1.0, 0.0) };
             let seen = (0.0..640.0).contains(&px) && (0.0..480.0).contains(&py) && (0.05..3.0).contains(&z);
             if seen && pixels > f64::from(tau) * 1.0001 {
                 inside.insert((x, y));

@@ -235,8 +235,7 @@ impl Brush<'_> {
                 ((tile as usize + at) as f64 + twice as f64 / (2 * count) as f64) / n as f64
             };
             let (px, py) = (place(self.tile.x, x, dx), place(self.tile.y, y, dy));
-            let facet =
-                self.facets[i].get(triangle, || Facet::new(layer.reference, layer.part, self.camera, triangle));
+            let facet = self.facets[i].get(triangle, || Facet::new(layer.reference, layer.part, self.camera, triangle));
             self.seen[k * m + i].1 = facet.shade(px, py, &self.how.shading);
         }
     }

@@ -66,7 +66,9 @@ impl Reference {
                 let size = longer(left, right, bottom, top);
                 (v.forward * size).extend(-v.forward.dot(v.eye) * size)
             }
-            Projection::Orthographic { left, right, bottom, top } => DVec3::ZERO.extend(longer(left, right, bottom, top)),
+            Projection::Orthographic { left, right, bottom, top } => {
+                DVec3::ZERO.extend(longer(left, right, bottom, top))
+            }
         }
     }
 }

@@ -38,7 +38,8 @@ fn a_plane_seen_twice_is_the_mean_by_weights() {
         let drawn = model.draw(&view, &one_sample(), &blending, &Stop::default()).unwrap();
         let w = [left, right].map(|eye| {
             let cos = (DVec3::ZERO - eye).normalize().dot(DVec3::NEG_Z);
-            let angular = if cos > 0.5f64.sqrt() { 1.0 } else { libm::cos(libm::acos(cos) - std::f64::consts::FRAC_PI_4) };
+            let angular =
+                if cos > 0.5f64.sqrt() { 1.0 } else { libm::cos(libm::acos(cos) - std::f64::consts::FRAC_PI_4) };
             let distance = 1.0 / (eye.distance(DVec3::Z * 3.0) + 0.03);
             match weights {
                 Weights::Positional => angular * distance,
