@@ -1,49 +1,79 @@
-//! The translations of the sprite's shader are those that naga makes of it today. `FARFIELD_TRANSLATE=1` writes them anew.
+//! The translations of shaders that ship are those that naga makes of them today. `FARFIELD_TRANSLATE=1` writes them anew.
 
-use farfield::sprite;
-use naga::{back, front::wgsl, valid};
+use farfield::{runtime::dmesh, sprite};
+use naga::{ShaderStage, back, front::wgsl, valid};
 use std::path::Path;
 
-fn translations() -> Vec<(&'static str, Vec<u8>)> {
-    let source = [sprite::SHADER, sprite::CLASSIFY].concat();
-    let module = wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
+/// A shader and the GLSL files of its entry points; the other languages hold all of them in one file.
+struct Source {
+    name: &'static str,
+    wgsl: String,
+    glsl: &'static [(&'static str, ShaderStage, &'static str)],
+}
+
+fn sources() -> [Source; 2] {
+    use ShaderStage::{Compute, Fragment, Vertex};
+    [
+        Source {
+            name: "sprite",
+            wgsl: [sprite::SHADER, sprite::CLASSIFY].concat(),
+            glsl: &[("sprite.comp", Compute, "classify")],
+        },
+        Source {
+            name: "dmesh",
+            wgsl: dmesh::SHADER.into(),
+            glsl: &[
+                ("dmesh-depth.vert", Vertex, "depth_vertex"),
+                ("dmesh-depth.frag", Fragment, "depth_fragment"),
+                ("dmesh-color.vert", Vertex, "color_vertex"),
+                ("dmesh-color.frag", Fragment, "color_fragment"),
+                ("dmesh-combine.vert", Vertex, "screen_vertex"),
+                ("dmesh-combine.frag", Fragment, "combine_fragment"),
+            ],
+        },
+    ]
+}
+
+fn translations(source: &Source) -> Vec<(String, Vec<u8>)> {
+    let module = wgsl::parse_str(&source.wgsl).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source.wgsl)));
     let mut validator = valid::Validator::new(valid::ValidationFlags::all(), valid::Capabilities::default());
     let info = validator.validate(&module).unwrap();
     let bounds = naga::proc::BoundsCheckPolicies::default();
+    let mut files = Vec::new();
 
-    let mut glsl = String::new();
     let options = back::glsl::Options { version: back::glsl::Version::Desktop(450), ..Default::default() };
-    let entry = back::glsl::PipelineOptions {
-        shader_stage: naga::ShaderStage::Compute,
-        entry_point: "classify".into(),
-        multiview: None,
-    };
-    let mut writer = back::glsl::Writer::new(&mut glsl, &module, &info, &options, &entry, bounds).unwrap();
-    writer.write().unwrap();
+    for (file, shader_stage, entry) in source.glsl {
+        let mut glsl = String::new();
+        let entry = back::glsl::PipelineOptions {
+            shader_stage: *shader_stage,
+            entry_point: (*entry).into(),
+            multiview: None,
+        };
+        let mut writer = back::glsl::Writer::new(&mut glsl, &module, &info, &options, &entry, bounds).unwrap();
+        writer.write().unwrap();
+        files.push(((*file).to_owned(), glsl.into_bytes()));
+    }
 
     let mut hlsl = String::new();
     let options = back::hlsl::Options { fake_missing_bindings: true, ..Default::default() };
     let pipeline = back::hlsl::PipelineOptions::default();
     back::hlsl::Writer::new(&mut hlsl, &options, &pipeline).write(&module, &info, None).unwrap();
+    files.push((format!("{}.hlsl", source.name), hlsl.into_bytes()));
 
     let options = back::msl::Options { lang_version: (2, 0), fake_missing_bindings: true, ..Default::default() };
     let (metal, _) = back::msl::write_string(&module, &info, &options, &back::msl::PipelineOptions::default()).unwrap();
+    files.push((format!("{}.metal", source.name), metal.into_bytes()));
 
     let options = back::spv::Options { lang_version: (1, 3), ..Default::default() };
     let words = back::spv::write_vec(&module, &info, &options, None).unwrap();
-    let spirv = words.iter().flat_map(|w| w.to_le_bytes()).collect();
-    vec![
-        ("sprite.comp", glsl.into_bytes()),
-        ("sprite.hlsl", hlsl.into_bytes()),
-        ("sprite.metal", metal.into_bytes()),
-        ("sprite.spv", spirv),
-    ]
+    files.push((format!("{}.spv", source.name), words.iter().flat_map(|w| w.to_le_bytes()).collect()));
+    files
 }
 
 #[test]
 fn translations_are_current() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders/translated");
-    for (name, bytes) in translations() {
+    for (name, bytes) in sources().iter().flat_map(translations) {
         let path = folder.join(name);
         if std::env::var_os("FARFIELD_TRANSLATE").is_some() {
             std::fs::create_dir_all(&folder).unwrap();

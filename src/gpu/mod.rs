@@ -10,7 +10,11 @@
 //! buffers together stay below the given limit. Where they cannot, or the device fails, the CPU takes over.
 
 mod device;
+mod dmesh;
+#[cfg(test)]
+mod dmesh_tests;
 mod machine;
+mod passes;
 mod raster;
 mod sprite;
 #[cfg(test)]
@@ -18,4 +22,5 @@ mod tests;
 mod work;
 
 pub use device::{AdapterInfo, GpuError, Wanted, adapters};
+pub use dmesh::{DrawnByGpu, LoadedDmesh};
 pub use raster::Gpu;

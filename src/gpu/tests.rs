@@ -36,9 +36,17 @@ fn open(memory: u64) -> Option<Gpu> {
 }
 
 /// One device for all tests.
-fn gpu() -> Option<&'static Gpu> {
+pub(super) fn gpu() -> Option<&'static Gpu> {
     static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
     GPU.get_or_init(|| open(MEMORY)).as_ref()
+}
+
+/// Names and offsets of a struct's members, and its size.
+pub(super) fn layout(module: &wgpu::naga::Module, name: &str) -> (Vec<(String, usize)>, usize) {
+    let (_, ty) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).unwrap();
+    let wgpu::naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
+    let members = members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize)).collect();
+    (members, *span as usize)
 }
 
 #[test]
@@ -49,16 +57,10 @@ fn shaders_are_valid_and_share_the_structs() {
     for source in [machine::NEAREST, machine::FRAGMENTS, &classify, &probe] {
         let module = wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)));
         valid::Validator::new(valid::ValidationFlags::all(), valid::Capabilities::default()).validate(&module).unwrap();
-        let layout = |name: &str| {
-            let (_, ty) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).unwrap();
-            let wgpu::naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
-            let members: Vec<_> = members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize)).collect();
-            (members, *span as usize)
-        };
         macro_rules! same {
             ($name:literal, $ty:ty, $($field:ident),*) => {
                 let members = vec![$((stringify!($field).to_owned(), std::mem::offset_of!($ty, $field))),*];
-                assert_eq!(layout($name), (members, size_of::<$ty>()), $name);
+                assert_eq!(layout(&module, $name), (members, size_of::<$ty>()), $name);
             };
         }
         if source == classify || source == probe {

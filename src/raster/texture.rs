@@ -156,6 +156,12 @@ impl Mips {
         top + (bottom - top) * fy
     }
 
+    /// The image, then each half as large as the one before, down to one texel.
+    #[cfg(feature = "gpu")]
+    pub fn levels(&self) -> &[Level] {
+        &self.levels
+    }
+
     /// Texels of the base level.
     pub fn size(&self) -> [f64; 2] {
         [self.levels[0].width as f64, self.levels[0].height as f64]

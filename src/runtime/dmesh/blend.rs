@@ -13,8 +13,9 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Least weight that counts: what only one reference covers has its colour, however little it weighs.
-const LEAST_WEIGHT: f32 = 1e-12;
+/// Least weight w·ρ of a fragment, the smallest normal 16-bit float: what is covered has a colour, however little it weighs, and
+/// renderers can keep weights in such floats.
+const LEAST: f32 = 1.0 / 16384.0;
 
 /// The selected references seen by one view.
 pub(super) struct Layers<'a> {
@@ -49,7 +50,7 @@ impl<'a> Layers<'a> {
         let layers = selected.iter().map(|s| {
             let (reference, part) = model.part(s.reference);
             let prepared = Prepared::with_tiles(&part.geometry, view, &how.options, side, stop)?;
-            Ok(Layer { index: s.reference, reference, part, weight: (s.weight as f32).max(LEAST_WEIGHT), prepared })
+            Ok(Layer { index: s.reference, reference, part, weight: s.weight as f32, prepared })
         });
         Ok(Self {
             view: *view,
@@ -202,7 +203,8 @@ impl Brush<'_> {
             let (mut color, mut alpha) = (Vec3::ZERO, 0.0);
             for (layer, (triangle, shade)) in self.layers.layers.iter().zip(seen) {
                 if *triangle != NOTHING {
-                    let weight = layer.weight * if self.layers.quality { shade.quality } else { 1.0 };
+                    let quality = if self.layers.quality { shade.quality } else { 1.0 };
+                    let weight = (layer.weight * quality).max(LEAST);
                     color += shade.color * weight;
                     alpha += weight;
                 }

@@ -7,9 +7,6 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 
-/// Least quality that counts: no fragment is without weight, so a pixel that is covered has a colour.
-pub const LEAST_QUALITY: f32 = 1e-3;
-
 /// A triangle prepared for one camera.
 pub(super) struct Facet<'a> {
     camera: &'a Camera,
@@ -30,7 +27,7 @@ pub(super) struct Facet<'a> {
 pub(super) struct Shade {
     /// Linear, shaded.
     pub color: Vec3,
-    /// ρ̄, from [`LEAST_QUALITY`] to 1.
+    /// ρ̄, 0 to 1.
     pub quality: f32,
 }
 
@@ -63,7 +60,7 @@ impl<'a> Facet<'a> {
     pub fn shade(&self, px: f64, py: f64, shading: &Shading) -> Shade {
         let (w, inverse) = self.patch.weights(px, py);
         let weights = w.map(|w| w as f32);
-        let quality = (0..3).map(|k| self.quality[k] * weights[k]).sum::<f32>().clamp(LEAST_QUALITY, 1.0);
+        let quality = (0..3).map(|k| self.quality[k] * weights[k]).sum::<f32>();
         let color = self.color.sample(w, inverse);
         let [r, g, b, _] = color;
         let color = match shading {

@@ -13,6 +13,9 @@
 //! What always holds: colours blend in linear light, the weights of the selected references add up to 1, and results do not
 //! depend on the number of threads.
 
+/// The same for renderers, in three passes: WGSL, with its bindings.
+pub const SHADER: &str = include_str!("../../../shaders/dmesh.wgsl");
+
 mod blend;
 mod draw;
 mod error;

@@ -16,7 +16,7 @@ pub struct Model {
 }
 
 /// One reference.
-pub(super) struct Part {
+pub(crate) struct Part {
     pub geometry: Geometry,
     pub color: Arc<Mips>,
     pub normals: Option<Arc<Mips>>,
@@ -73,7 +73,7 @@ impl Model {
         &self.dmesh
     }
 
-    pub(super) fn part(&self, reference: usize) -> (&Reference, &Part) {
+    pub(crate) fn part(&self, reference: usize) -> (&Reference, &Part) {
         (&self.dmesh.references[reference], &self.parts[reference])
     }
 
