@@ -22,6 +22,9 @@
 //   group 1 binding 3  normal_map pass 2: world-space normals; any texture where Reference.mapped is 0
 //   group 1 binding 4  smooth     pass 2: linear, clamped
 //   group 1 binding 5  images     pass 3: the layers
+//
+// In the GLSL files binding b of group g is the uniform _group_g_binding_b_vs or _fs, a texture is a sampler2D or sampler2DArray with its
+// sampler, and clip space is that of `clip` as it is given.
 
 struct Frame {
     // World to clip space. The depth buffer may run either way.

@@ -41,14 +41,14 @@ fn translations(source: &Source) -> Vec<(String, Vec<u8>)> {
     let bounds = naga::proc::BoundsCheckPolicies::default();
     let mut files = Vec::new();
 
-    let options = back::glsl::Options { version: back::glsl::Version::Desktop(450), ..Default::default() };
+    // Clip space stays as the caller's matrix makes it.
+    let writer_flags = back::glsl::WriterFlags::empty();
+    let version = back::glsl::Version::Desktop(450);
+    let options = back::glsl::Options { version, writer_flags, ..Default::default() };
     for (file, shader_stage, entry) in source.glsl {
         let mut glsl = String::new();
-        let entry = back::glsl::PipelineOptions {
-            shader_stage: *shader_stage,
-            entry_point: (*entry).into(),
-            multiview: None,
-        };
+        let entry =
+            back::glsl::PipelineOptions { shader_stage: *shader_stage, entry_point: (*entry).into(), multiview: None };
         let mut writer = back::glsl::Writer::new(&mut glsl, &module, &info, &options, &entry, bounds).unwrap();
         writer.write().unwrap();
         files.push(((*file).to_owned(), glsl.into_bytes()));

@@ -28,14 +28,14 @@ mod weld;
 
 pub use error::FormatError;
 pub use files::{DiskFiles, Files, real};
-pub use glb::{GlbOptions, write_glb};
+pub use glb::{GlbOptions, Scalars, write_glb, write_glb_with};
 pub use limits::Limits;
 pub use loader::DECODING;
 pub use probe::probe;
 
 use crate::{
     math::Stop,
-    scene::{Scene, names},
+    scene::{Image, Scene, names},
 };
 use loader::Loader;
 use std::path::Path;
@@ -66,4 +66,29 @@ pub fn from_glb(name: &Path, bytes: crate::array::Bytes, limits: &Limits) -> Res
     let mut ignore = |_| {};
     let mut loader = Loader::new(name, &files::NoFiles, limits, &stop, &mut ignore);
     Ok(names::assemble(gltf::read(&mut loader, name, bytes)?))
+}
+
+/// An attribute of one number a vertex (see [`Scalars`]) of the first mesh of a GLB in memory; empty where it has no mesh.
+pub fn scalars_from_glb(
+    name: &Path,
+    bytes: crate::array::Bytes,
+    attribute: &str,
+    limits: &Limits,
+) -> Result<Vec<f32>, FormatError> {
+    let stop = Stop::default();
+    let mut ignore = |_| {};
+    let mut loader = Loader::new(name, &files::NoFiles, limits, &stop, &mut ignore);
+    gltf::scalars(&mut loader, name, bytes, attribute)
+}
+
+/// A PNG, JPEG or WebP file in memory; `name` stands for it in errors.
+pub fn image_from_bytes(name: &Path, bytes: &[u8], limits: &Limits) -> Result<Image, FormatError> {
+    let bad = |what: String| FormatError::invalid(name, "image", what);
+    let claim = picture::claim(bytes).map_err(bad)?;
+    if claim.texels() > limits.texels {
+        let place = format!("{} × {}", claim.width, claim.height);
+        let (found, limit) = (claim.texels(), limits.texels);
+        return Err(FormatError::Limit { file: name.to_owned(), place, what: "texels", found, limit });
+    }
+    picture::decode(bytes, "", limits.bytes).map_err(bad)
 }

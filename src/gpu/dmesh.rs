@@ -123,7 +123,10 @@ impl Gpu {
     ) -> Result<DrawnByGpu, GpuError> {
         let model = &dmesh.model;
         let selected = select(model.dmesh(), view, blending.weights);
-        let jobs: Vec<Job> = selected.iter().map(|s| Job { part: s.reference, uniform: reference(model, s.reference, s.weight, blending) }).collect();
+        let jobs: Vec<Job> = selected
+            .iter()
+            .map(|s| Job { part: s.reference, uniform: reference(model, s.reference, s.weight, blending) })
+            .collect();
         let size = [view.width, view.height];
         if view.width == 0 || view.height == 0 {
             return Ok(DrawnByGpu { picture: Picture::default(), depth: Vec::new() });
@@ -163,7 +166,8 @@ fn upload(device: &Device, model: &Model, i: usize) -> Result<Part, GpuError> {
     let part = model.part(i).1;
     let vertex = wgpu::BufferUsages::VERTEX;
     // Where the vertices have no normals, each gets the sum of its triangles'.
-    let normals = if mesh.normals.is_empty() { summed(&mesh.positions, &mesh.triangles) } else { mesh.normals.to_vec() };
+    let normals =
+        if mesh.normals.is_empty() { summed(&mesh.positions, &mesh.triangles) } else { mesh.normals.to_vec() };
     let normal_map = match &part.normals {
         Some(mips) => texture(device, mips, wgpu::TextureFormat::Rgba8Unorm)?,
         None => blank(device),
@@ -304,7 +308,8 @@ fn draw(machine: &Machine, order: &Order, stop: &Stop) -> Result<(Vec<[u8; 4]>, 
     let n = order.frame.samples;
     let most = machine.device.device.limits().max_texture_dimension_2d;
     if width.max(height).saturating_mul(n) > most {
-        let what = format!("a view of {width} × {height} pixels of {n} × {n} samples; the adapter allows {most} a side");
+        let what =
+            format!("a view of {width} × {height} pixels of {n} × {n} samples; the adapter allows {most} a side");
         return Err(GpuError::Failed(what));
     }
     let depth = passes.depth(&machine.device, order, 1);

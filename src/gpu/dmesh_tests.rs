@@ -108,7 +108,9 @@ fn same(gpu: &Gpu, scene: &Scene, dmesh: Dmesh) {
             let (edges, most) = differing(&cpu.picture, &other.picture, 3);
             let close = |(a, b): (&f32, &f32)| a == b || (a - b).abs() < 1e-4 * a;
             let depths = cpu.depth.iter().zip(&other.depth).filter(|z| !close(*z)).count();
-            eprintln!("case {i}: {covered} pixels covered, {edges} differ by more than 3, the others by {most}; {depths} depths differ");
+            eprintln!(
+                "case {i}: {covered} pixels covered, {edges} differ by more than 3, the others by {most}; {depths} depths differ"
+            );
             assert!(edges * 100 <= covered, "case {i}: {edges} of {covered} pixels");
             assert!(depths * 100 <= covered, "case {i}: {depths} of {covered} depths");
         }

@@ -116,13 +116,7 @@ impl Passes {
         Self {
             depth: [depth(false), depth(true)],
             color: [color(false), color(true)],
-            combine: pipeline(
-                ["screen_vertex", "combine_fragment"],
-                &[Some(&frame), Some(&images)],
-                0,
-                PICTURE,
-                true,
-            ),
+            combine: pipeline(["screen_vertex", "combine_fragment"], &[Some(&frame), Some(&images)], 0, PICTURE, true),
             sampler: d.create_sampler(&wgpu::SamplerDescriptor {
                 mag_filter: wgpu::FilterMode::Linear,
                 min_filter: wgpu::FilterMode::Linear,
@@ -269,8 +263,10 @@ fn pipeline(
         wgpu::VertexFormat::Float32x2,
         wgpu::VertexFormat::Float32,
     ];
-    let attributes: Vec<_> =
-        (0..).zip(kinds).map(|(shader_location, format)| wgpu::VertexAttribute { format, offset: 0, shader_location }).collect();
+    let attributes: Vec<_> = (0..)
+        .zip(kinds)
+        .map(|(shader_location, format)| wgpu::VertexAttribute { format, offset: 0, shader_location })
+        .collect();
     let buffer = |a| {
         let attributes: &[wgpu::VertexAttribute] = std::slice::from_ref(a);
         let array_stride = attributes[0].format.size();

@@ -32,6 +32,15 @@ impl Default for GlbOptions {
     }
 }
 
+/// An attribute of one number a vertex that scenes do not hold, for programs that know its name.
+#[derive(Clone, Copy, Debug)]
+pub struct Scalars<'a> {
+    /// Begins with an underscore, as glTF demands of an application's own attributes.
+    pub name: &'a str,
+    /// One for each vertex.
+    pub values: &'a [f32],
+}
+
 /// A primitive: attributes and vertex numbers as accessors.
 #[derive(Clone)]
 struct Stored {
@@ -43,6 +52,14 @@ struct Stored {
 
 /// The scene as a GLB with all textures inside, as PNG.
 pub fn write_glb(scene: &Scene, options: &GlbOptions) -> Result<Vec<u8>, FormatError> {
+    write_glb_with(scene, options, &[])
+}
+
+/// [`write_glb`] with more attributes for every mesh of the scene: for scenes of one mesh.
+///
+/// # Errors
+/// Also where an attribute does not have one number for each vertex.
+pub fn write_glb_with(scene: &Scene, options: &GlbOptions, scalars: &[Scalars]) -> Result<Vec<u8>, FormatError> {
     let tables = Tables::of(scene);
     let asset = schema::Asset { version: "2.0".into(), generator: Some("farfield".into()), ..Default::default() };
     let mut root = schema::Root { asset, ..Default::default() };
@@ -62,7 +79,7 @@ pub fn write_glb(scene: &Scene, options: &GlbOptions) -> Result<Vec<u8>, FormatE
             Place::Baked(transform) => {
                 let baked = shown.iter().map(|[mesh, material]| {
                     let mesh = transform.apply(tables.meshes[*mesh as usize]);
-                    Ok((store(&mesh, object, &mut root, &mut binary)?, *material))
+                    Ok((store(&mesh, object, scalars, &mut root, &mut binary)?, *material))
                 });
                 let baked = baked.collect::<Result<Vec<_>, FormatError>>()?;
                 push_mesh(&mut root, &mut materials, object, &baked)
@@ -79,7 +96,7 @@ pub fn write_glb(scene: &Scene, options: &GlbOptions) -> Result<Vec<u8>, FormatE
                                 Some(s) => s.clone(),
                                 None => {
                                     let mesh = tables.meshes[*mesh as usize];
-                                    slot.insert(store(mesh, object, &mut root, &mut binary)?).clone()
+                                    slot.insert(store(mesh, object, scalars, &mut root, &mut binary)?).clone()
                                 }
                             };
                             primitives.push((s, *material));
@@ -114,11 +131,17 @@ fn push_mesh(root: &mut schema::Root, materials: &mut Materials, object: &Object
 }
 
 /// Stores a mesh's arrays.
-fn store(mesh: &Mesh, object: &Object, root: &mut schema::Root, binary: &mut Binary) -> Result<Stored, FormatError> {
+fn store(
+    mesh: &Mesh,
+    object: &Object,
+    scalars: &[Scalars],
+    root: &mut schema::Root,
+    binary: &mut Binary,
+) -> Result<Stored, FormatError> {
     let count = mesh.positions.len();
     let lengths = [mesh.normals.len(), mesh.tangents.len(), mesh.uv[0].len(), mesh.uv[1].len(), mesh.colors.len()];
     let unwritable = |what: &str| FormatError::Unwritable { object: object.name.clone(), what: what.into() };
-    if lengths.iter().any(|n| *n != 0 && *n != count) {
+    if lengths.iter().any(|n| *n != 0 && *n != count) || scalars.iter().any(|s| s.values.len() != count) {
         return Err(unwritable("attributes of unequal length"));
     }
     if mesh.triangles.iter().flatten().any(|v| *v as usize >= count) {
@@ -148,6 +171,9 @@ fn store(mesh: &Mesh, object: &Object, root: &mut schema::Root, binary: &mut Bin
     }
     if !mesh.colors.is_empty() {
         attributes.insert("COLOR_0".into(), binary.colors(root, &mesh.colors));
+    }
+    for s in scalars {
+        attributes.insert(s.name.into(), binary.floats(root, "SCALAR", s.values));
     }
     let indices = binary.indices(root, &mesh.triangles, count);
     Ok(Stored { attributes, indices, uv })

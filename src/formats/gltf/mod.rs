@@ -13,7 +13,7 @@ mod tidy;
 
 use super::{FormatError, loader::Loader};
 use crate::{array::Bytes, scene::Object};
-use accessor::Numbers;
+use accessor::{Numbers, Want};
 use container::{Span, Target};
 use std::{path::Path, sync::Arc};
 
@@ -35,6 +35,31 @@ const KNOWN: [&str; 12] = [
 
 /// The objects of a file: every node with a mesh, in the file's own order.
 pub(super) fn read(loader: &mut Loader, file: &Path, bytes: Bytes) -> Result<Vec<Object>, FormatError> {
+    with_numbers(loader, file, bytes, nodes::objects)
+}
+
+/// An attribute of one number a vertex, of the first primitive of the first mesh; empty where the file has no mesh.
+pub(super) fn scalars(loader: &mut Loader, file: &Path, bytes: Bytes, name: &str) -> Result<Vec<f32>, FormatError> {
+    with_numbers(loader, file, bytes, |loader, numbers| {
+        let Some(primitive) = numbers.root.meshes.first().and_then(|m| m.primitives.first()) else {
+            return Ok(Vec::new());
+        };
+        let place = "meshes[0].primitives[0]";
+        let Some(accessor) = primitive.attributes.get(name) else {
+            return Err(FormatError::invalid(file, place, format!("has no attribute {name}")));
+        };
+        loader.count_vertices(file, place, numbers.count(*accessor, place)?)?;
+        let values = numbers.vectors::<1>(*accessor, &Want::new(place, &[1]))?;
+        Ok(values.into_iter().map(|[v]| v).collect())
+    })
+}
+
+fn with_numbers<R>(
+    loader: &mut Loader,
+    file: &Path,
+    bytes: Bytes,
+    work: impl FnOnce(&mut Loader, &Numbers) -> Result<R, FormatError>,
+) -> Result<R, FormatError> {
     let glb = (*bytes).as_ref().starts_with(b"glTF");
     let (json, binary) = match glb {
         true => container::split(file, &bytes, &mut |what| loader.warn(file, what))?,
@@ -47,7 +72,7 @@ pub(super) fn read(loader: &mut Loader, file: &Path, bytes: Bytes) -> Result<Vec
     extensions(loader, file, &root)?;
     let buffers = buffers(loader, file, &root, binary)?;
     let numbers = Numbers::new(file, &root, buffers, loader.limits.implied, loader.limits.bytes);
-    nodes::objects(loader, &numbers)
+    work(loader, &numbers)
 }
 
 /// serde_json's message; the line in a GLB's JSON chunk helps nobody, the column does.

@@ -13,16 +13,17 @@
 //! What always holds: colours blend in linear light, the weights of the selected references add up to 1, and results do not
 //! depend on the number of threads.
 
-/// The same for renderers, in three passes: WGSL, with its bindings.
-pub const SHADER: &str = include_str!("../../../shaders/dmesh.wgsl");
-
 mod blend;
 mod draw;
 mod error;
 mod facet;
+mod manifest;
 mod model;
+mod read;
 mod reference;
+mod shaders;
 mod weight;
+mod write;
 
 #[cfg(test)]
 pub(crate) mod tests;
@@ -30,5 +31,8 @@ pub(crate) mod tests;
 pub use draw::{Blending, Drawn};
 pub use error::DmeshError;
 pub use model::Model;
+pub use read::{Bundle, read};
 pub use reference::{Dmesh, MAX_REFERENCES, Mesh, Reference};
+pub use shaders::{SHADER, SHADERS, ShaderFile};
 pub use weight::{Selected, Weights, angular_weight, distance_weight, select};
+pub use write::{BundleFile, manifest, write};

@@ -1,6 +1,7 @@
 //! Tests of how a DMesh is drawn, and the DMeshes that they share.
 
 mod blending;
+mod bundle;
 mod looks;
 pub mod scenes;
 mod weights;

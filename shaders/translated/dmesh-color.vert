@@ -1,0 +1,194 @@
+#version 450 core
+struct Frame {
+    mat4x4 clip;
+    vec4 depth;
+    vec4 eye;
+    vec4 to_sun;
+    vec4 sun;
+    vec4 sky;
+    vec4 ground;
+    vec4 background;
+    uint shading;
+    float period;
+    uint samples;
+    uint layers;
+};
+struct Reference {
+    vec4 texel;
+    float slack;
+    float weight;
+    float quality;
+    float mapped;
+};
+struct Depth {
+    vec4 clip;
+    float depth;
+};
+struct Fragment {
+    vec4 clip;
+    vec3 position;
+    vec3 normal;
+    vec2 uv;
+    float quality;
+    float depth;
+};
+layout(std140) uniform Frame_block_0Vertex { Frame _group_0_binding_0_vs; };
+
+layout(location = 0) in vec3 _p2vs_location0;
+layout(location = 1) in vec3 _p2vs_location1;
+layout(location = 2) in vec2 _p2vs_location2;
+layout(location = 3) in float _p2vs_location3;
+layout(location = 0) smooth out vec3 _vs2fs_location0;
+layout(location = 1) smooth out vec3 _vs2fs_location1;
+layout(location = 2) smooth out vec2 _vs2fs_location2;
+layout(location = 3) smooth out float _vs2fs_location3;
+layout(location = 4) smooth out float _vs2fs_location4;
+
+vec3 lit(vec3 base, vec3 normal_1, vec3 position_2) {
+    vec3 color_1 = vec3(0.0);
+    bool local_1 = false;
+    vec4 _e5 = _group_0_binding_0_vs.to_sun;
+    float sun = max(dot(normal_1, _e5.xyz), 0.0);
+    vec4 _e12 = _group_0_binding_0_vs.ground;
+    vec4 _e16 = _group_0_binding_0_vs.sky;
+    vec3 ambient = mix(_e12.xyz, _e16.xyz, (0.5 + (0.5 * normal_1.y)));
+    vec4 _e26 = _group_0_binding_0_vs.sun;
+    color_1 = (base * ((_e26.xyz * sun) + ambient));
+    float _e35 = _group_0_binding_0_vs.sun.w;
+    if ((_e35 > 0.0)) {
+        local_1 = (sun > 0.0);
+    } else {
+        local_1 = false;
+    }
+    bool _e43 = local_1;
+    if (_e43) {
+        vec4 _e46 = _group_0_binding_0_vs.eye;
+        float _e51 = _group_0_binding_0_vs.eye.w;
+        vec3 to_eye = normalize((_e46.xyz - (position_2 * _e51)));
+        vec4 _e57 = _group_0_binding_0_vs.to_sun;
+        vec3 h_1 = normalize((_e57.xyz + to_eye));
+        vec3 _e61 = color_1;
+        vec4 _e64 = _group_0_binding_0_vs.sun;
+        float _e69 = _group_0_binding_0_vs.sun.w;
+        float _e76 = _group_0_binding_0_vs.to_sun.w;
+        color_1 = (_e61 + (_e64.xyz * ((_e69 * pow(max(dot(normal_1, h_1), 0.0), _e76)) * sun)));
+    }
+    vec3 _e82 = color_1;
+    return _e82;
+}
+
+float hash(uvec3 p, uint seed) {
+    uint h = 0u;
+    uint k_1 = 0u;
+    h = seed;
+    bool loop_init = true;
+    while(true) {
+        if (!loop_init) {
+            uint _e27 = k_1;
+            k_1 = (_e27 + 1u);
+        }
+        loop_init = false;
+        uint _e5 = k_1;
+        if ((_e5 < 3u)) {
+        } else {
+            break;
+        }
+        {
+            uint _e8 = h;
+            uint _e9 = k_1;
+            h = ((_e8 ^ p[_e9]) * 2246822507u);
+            uint _e14 = h;
+            uint _e15 = h;
+            h = ((_e14 ^ (_e15 >> 13u)) * 3266489909u);
+            uint _e21 = h;
+            uint _e22 = h;
+            h = (_e21 ^ (_e22 >> 16u));
+        }
+    }
+    uint _e29 = h;
+    return (float((_e29 >> 8u)) / 16777216.0);
+}
+
+float octave(vec3 p_1, uint seed_1) {
+    vec3 t = vec3(0.0);
+    float sum_1 = 0.0;
+    uint corner = 0u;
+    vec3 cell = floor(p_1);
+    t = (p_1 - cell);
+    vec3 _e5 = t;
+    vec3 _e6 = t;
+    vec3 _e8 = t;
+    t = ((_e5 * _e6) * (vec3(3.0) - (2.0 * _e8)));
+    uvec3 first = uvec3(ivec3(cell));
+    bool loop_init_1 = true;
+    while(true) {
+        if (!loop_init_1) {
+            uint _e54 = corner;
+            corner = (_e54 + 1u);
+        }
+        loop_init_1 = false;
+        uint _e21 = corner;
+        if ((_e21 < 8u)) {
+        } else {
+            break;
+        }
+        {
+            uint _e24 = corner;
+            uint _e27 = corner;
+            uint _e32 = corner;
+            uvec3 bits = uvec3((_e24 & 1u), ((_e27 >> 1u) & 1u), (_e32 >> 2u));
+            vec3 _e36 = t;
+            vec3 _e40 = t;
+            vec3 side = mix((vec3(1.0) - _e36), _e40, vec3(bits));
+            float _e43 = sum_1;
+            float _e50 = hash((first + bits), seed_1);
+            sum_1 = (_e43 + (((side.x * side.y) * side.z) * _e50));
+        }
+    }
+    float _e56 = sum_1;
+    return _e56;
+}
+
+float noise(vec3 position_3) {
+    float _e3 = _group_0_binding_0_vs.period;
+    vec3 q = (position_3 / vec3(_e3));
+    float _e7 = octave(q, 0u);
+    float _e15 = octave((q * 4.0), 1u);
+    return ((0.05 + (0.6 * _e7)) + (0.3 * _e15));
+}
+
+vec3 shade(vec3 base_1, vec3 normal_2, vec3 position_4) {
+    uint _e5 = _group_0_binding_0_vs.shading;
+    switch(_e5) {
+        case 1u: {
+            vec3 _e6 = lit(base_1, normal_2, position_4);
+            return _e6;
+        }
+        case 2u: {
+            float _e7 = noise(position_4);
+            return (base_1 * _e7);
+        }
+        default: {
+            return base_1;
+        }
+    }
+}
+
+void main() {
+    vec3 position_1 = _p2vs_location0;
+    vec3 normal = _p2vs_location1;
+    vec2 uv = _p2vs_location2;
+    float quality = _p2vs_location3;
+    vec4 p_2 = vec4(position_1, 1.0);
+    mat4x4 _e8 = _group_0_binding_0_vs.clip;
+    vec4 _e12 = _group_0_binding_0_vs.depth;
+    Fragment _tmp_return = Fragment((_e8 * p_2), position_1, normal, uv, quality, dot(_e12, p_2));
+    gl_Position = _tmp_return.clip;
+    _vs2fs_location0 = _tmp_return.position;
+    _vs2fs_location1 = _tmp_return.normal;
+    _vs2fs_location2 = _tmp_return.uv;
+    _vs2fs_location3 = _tmp_return.quality;
+    _vs2fs_location4 = _tmp_return.depth;
+    return;
+}
+

@@ -1,0 +1,144 @@
+//! `dmesh.json`: what a bundle holds and how it is drawn.
+//!
+//! Lengths are metres, directions unit vectors of a right-handed world with +Y up. Nothing in it depends on light: colours are
+//! unlit and normals are those of the surface. Paths are relative to the manifest's folder.
+
+use super::{Blending, DmeshError, MAX_REFERENCES, Weights};
+use crate::view::{Projection, View};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+pub const FORMAT: &str = "farfield dmesh";
+pub const VERSION: u32 = 1;
+/// Name of the manifest in a bundle.
+pub const NAME: &str = "dmesh.json";
+/// Name of the GLB of all references.
+pub const ALL: &str = "dmesh.glb";
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// [`FORMAT`].
+    pub format: String,
+    /// [`VERSION`].
+    pub version: u32,
+    /// How far the meshes may lie from the captured surface.
+    pub epsilon: f64,
+    /// Diagonal of the object's bounding box.
+    pub diagonal: f64,
+    /// Backs of faces are drawn too.
+    pub double_sided: bool,
+    pub blending: BlendingRow,
+    pub references: Vec<Row>,
+    /// GLB of all references, one object each, for viewers.
+    pub all: String,
+    /// Shader files by language.
+    pub shaders: BTreeMap<String, Vec<String>>,
+}
+
+/// [`Blending`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BlendingRow {
+    /// `positional`, `angular` or `uniform`.
+    pub weights: String,
+    /// Fragments count by their quality.
+    pub quality: bool,
+    /// Offset of the depth test; null: 2·epsilon plus a texel of the reference.
+    pub offset: Option<f64>,
+}
+
+/// One reference.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    pub name: String,
+    pub camera: Camera,
+    /// One mesh with POSITION, NORMAL, TEXCOORD_0 and _QUALITY; its base colour texture is the picture.
+    pub glb: String,
+    /// PNG of world-space normals, n·0.5 + 0.5; null where those of the vertices count.
+    pub normals: Option<String>,
+    pub triangles: u64,
+    /// Triangle strips that the mesh was drawn with; null where they are not known.
+    pub strips: Option<u64>,
+}
+
+/// The view that captured a reference; its pixels are the picture's texels.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    pub eye: [f64; 3],
+    /// Orthonormal, right × up = −forward.
+    pub right: [f64; 3],
+    pub up: [f64; 3],
+    pub forward: [f64; 3],
+    /// `perspective` or `orthographic`.
+    pub projection: String,
+    /// Left, right, bottom, top: tangents at depth 1 in perspective, extents otherwise.
+    pub window: [f64; 4],
+    /// Pixels.
+    pub width: u32,
+    pub height: u32,
+    /// Planar depths between which surfaces were kept.
+    pub near: f64,
+    pub far: f64,
+}
+
+impl Manifest {
+    /// Parses a manifest and checks what it says of itself.
+    pub fn parse(text: &[u8]) -> Result<Self, DmeshError> {
+        let bad = |what: String| DmeshError::invalid(NAME, what);
+        let manifest: Self = serde_json::from_slice(text).map_err(|e| bad(e.to_string()))?;
+        if manifest.format != FORMAT {
+            return Err(bad(format!("format `{}`; expected `{FORMAT}`", manifest.format)));
+        }
+        if manifest.version != VERSION {
+            return Err(bad(format!("version {}; expected {VERSION}", manifest.version)));
+        }
+        if manifest.references.len() > MAX_REFERENCES {
+            return Err(bad(format!("{} references; expected at most {MAX_REFERENCES}", manifest.references.len())));
+        }
+        Ok(manifest)
+    }
+}
+
+impl BlendingRow {
+    pub fn of(b: &Blending) -> Self {
+        Self { weights: b.weights.name().into(), quality: b.quality, offset: b.offset }
+    }
+
+    pub fn blending(&self) -> Result<Blending, String> {
+        let Some(weights) = Weights::named(&self.weights) else {
+            return Err(format!("weights `{}`; expected `positional`, `angular` or `uniform`", self.weights));
+        };
+        if let Some(offset) = self.offset.filter(|o| !(*o >= 0.0 && o.is_finite())) {
+            return Err(format!("offset {offset}; expected a length of at least 0"));
+        }
+        Ok(Blending { weights, quality: self.quality, offset: self.offset })
+    }
+}
+
+impl Camera {
+    pub fn of(v: &View) -> Self {
+        let (projection, window) = match v.projection {
+            Projection::Perspective { left, right, bottom, top } => ("perspective", [left, right, bottom, top]),
+            Projection::Orthographic { left, right, bottom, top } => ("orthographic", [left, right, bottom, top]),
+        };
+        let [eye, right, up, forward] = [v.eye, v.right, v.up, v.forward].map(|a| a.to_array());
+        let (width, height, near, far) = (v.width, v.height, v.near, v.far);
+        Self { eye, right, up, forward, projection: projection.into(), window, width, height, near, far }
+    }
+
+    pub fn view(&self) -> Result<View, String> {
+        let [left, right, bottom, top] = self.window;
+        let projection = match self.projection.as_str() {
+            "perspective" => Projection::Perspective { left, right, bottom, top },
+            "orthographic" => Projection::Orthographic { left, right, bottom, top },
+            other => return Err(format!("projection `{other}`; expected `perspective` or `orthographic`")),
+        };
+        let [eye, right, up, forward] = [self.eye, self.right, self.up, self.forward].map(DVec3::from);
+        let (width, height, near, far) = (self.width, self.height, self.near, self.far);
+        Ok(View { eye, right, up, forward, projection, width, height, near, far })
+    }
+}
