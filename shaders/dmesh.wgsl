@@ -16,7 +16,7 @@
 // the GLBs) at locations 0 to 3.
 //
 //   group 0 binding 0  Frame      all passes
-//   group 1 binding 0  Reference  passes 1 and 2
+//   group 1 binding 0  Reference  pass 2
 //   group 1 binding 1  front      pass 2: Z_e
 //   group 1 binding 2  picture    pass 2: colour, an sRGB format, with mip levels
 //   group 1 binding 3  normal_map pass 2: world-space normals; any texture where Reference.mapped is 0
@@ -53,8 +53,11 @@ struct Frame {
 }
 
 struct Reference {
-    // The offset is dot(texel, (x, y, z, 1)) + slack: what a texel measures at a world point, and 2ε. Metres.
+    // dot(texel, (x, y, z, 1)): what a texel measures at a world point, metres. It grows as the depth from the reference camera does, or
+    // is the same everywhere if that is orthographic.
     texel: vec4<f32>,
+    // How far behind Z_e fragments count: spread · that + slack, metres. Without an offset of its own 1 and 2ε.
+    spread: f32,
     slack: f32,
     // w
     weight: f32,
@@ -97,7 +100,8 @@ struct Fragment {
     @builtin(position) clip: vec4<f32>,
     @location(0) position: vec3<f32>,
     @location(1) normal: vec3<f32>,
-    @location(2) uv: vec2<f32>,
+    // Times w, and w: the reference camera cast its picture on the triangle, so within it coordinates are ratios.
+    @location(2) ratios: vec3<f32>,
     @location(3) quality: f32,
     @location(4) depth: f32,
 }
@@ -110,22 +114,24 @@ fn color_vertex(
     @location(3) quality: f32,
 ) -> Fragment {
     let p = vec4<f32>(position, 1.0);
-    return Fragment(frame.clip * p, position, normal, uv, quality, dot(frame.depth, p));
+    let ratios = vec3<f32>(uv, 1.0) * dot(reference.texel, p);
+    return Fragment(frame.clip * p, position, normal, ratios, quality, dot(frame.depth, p));
 }
 
 @fragment
 fn color_fragment(in: Fragment, @builtin(front_facing) facing: bool) -> @location(0) vec4<f32> {
     // The level whose texels are as large as the pixel's longer side.
     let size = vec2<f32>(textureDimensions(picture));
-    let dx = dpdx(in.uv) * size;
-    let dy = dpdy(in.uv) * size;
+    let uv = in.ratios.xy / in.ratios.z;
+    let dx = dpdx(uv) * size;
+    let dy = dpdy(uv) * size;
     let level = 0.5 * log2(max(max(dot(dx, dx), dot(dy, dy)), 1.0));
-    let base = textureSampleLevel(picture, smooth_sampler, in.uv, level).rgb;
-    let mapped = textureSampleLevel(normal_map, smooth_sampler, in.uv, level).xyz * 2.0 - 1.0;
+    let base = textureSampleLevel(picture, smooth_sampler, uv, level).rgb;
+    let mapped = textureSampleLevel(normal_map, smooth_sampler, uv, level).xyz * 2.0 - 1.0;
     let bent = select(in.normal, mapped, reference.mapped > 0.0 && dot(mapped, mapped) > 0.0);
     let normal = normalize(select(-bent, bent, facing));
     let quality = mix(1.0, in.quality, reference.quality);
-    let offset = reference.slack + dot(reference.texel, vec4<f32>(in.position, 1.0));
+    let offset = reference.slack + reference.spread * in.ratios.z;
     if in.depth > textureLoad(front, vec2<i32>(in.clip.xy), 0).x + offset {
         discard;
     }

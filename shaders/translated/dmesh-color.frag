@@ -15,6 +15,7 @@ struct Frame {
 };
 struct Reference {
     vec4 texel;
+    float spread;
     float slack;
     float weight;
     float quality;
@@ -28,7 +29,7 @@ struct Fragment {
     vec4 clip;
     vec3 position;
     vec3 normal;
-    vec2 uv;
+    vec3 ratios;
     float quality;
     float depth;
 };
@@ -44,7 +45,7 @@ uniform sampler2D _group_1_binding_3_fs;
 
 layout(location = 0) smooth in vec3 _vs2fs_location0;
 layout(location = 1) smooth in vec3 _vs2fs_location1;
-layout(location = 2) smooth in vec2 _vs2fs_location2;
+layout(location = 2) smooth in vec3 _vs2fs_location2;
 layout(location = 3) smooth in float _vs2fs_location3;
 layout(location = 4) smooth in float _vs2fs_location4;
 layout(location = 0) out vec4 _fs2p_location0;
@@ -184,36 +185,37 @@ void main() {
     bool facing = gl_FrontFacing;
     bool local = false;
     vec2 size = vec2(uvec2(textureSize(_group_1_binding_2_fs, 0).xy));
-    vec2 _e6 = dFdx(in_1.uv);
-    vec2 dx = (_e6 * size);
-    vec2 _e9 = dFdy(in_1.uv);
-    vec2 dy = (_e9 * size);
+    vec2 uv_1 = (in_1.ratios.xy / vec2(in_1.ratios.z));
+    vec2 _e11 = dFdx(uv_1);
+    vec2 dx = (_e11 * size);
+    vec2 _e13 = dFdy(uv_1);
+    vec2 dy = (_e13 * size);
     float level = (0.5 * log2(max(max(dot(dx, dx), dot(dy, dy)), 1.0)));
-    vec4 _e22 = textureLod(_group_1_binding_2_fs, vec2(in_1.uv), level);
-    vec3 base_2 = _e22.xyz;
-    vec4 _e27 = textureLod(_group_1_binding_3_fs, vec2(in_1.uv), level);
-    vec3 mapped = ((_e27.xyz * 2.0) - vec3(1.0));
-    float _e37 = _group_1_binding_0_fs.mapped;
-    if ((_e37 > 0.0)) {
+    vec4 _e25 = textureLod(_group_1_binding_2_fs, vec2(uv_1), level);
+    vec3 base_2 = _e25.xyz;
+    vec4 _e29 = textureLod(_group_1_binding_3_fs, vec2(uv_1), level);
+    vec3 mapped = ((_e29.xyz * 2.0) - vec3(1.0));
+    float _e39 = _group_1_binding_0_fs.mapped;
+    if ((_e39 > 0.0)) {
         local = (dot(mapped, mapped) > 0.0);
     } else {
         local = false;
     }
-    bool _e46 = local;
-    vec3 bent = (_e46 ? mapped : in_1.normal);
+    bool _e48 = local;
+    vec3 bent = (_e48 ? mapped : in_1.normal);
     vec3 normal_3 = normalize((facing ? bent : -(bent)));
-    float _e54 = _group_1_binding_0_fs.quality;
-    float quality_1 = mix(1.0, in_1.quality, _e54);
-    float _e59 = _group_1_binding_0_fs.slack;
-    vec4 _e62 = _group_1_binding_0_fs.texel;
-    float offset = (_e59 + dot(_e62, vec4(in_1.position, 1.0)));
-    vec4 _e74 = texelFetch(_group_1_binding_1_fs, ivec2(in_1.clip.xy), 0);
-    if ((in_1.depth > (_e74.x + offset))) {
+    float _e56 = _group_1_binding_0_fs.quality;
+    float quality_1 = mix(1.0, in_1.quality, _e56);
+    float _e61 = _group_1_binding_0_fs.slack;
+    float _e64 = _group_1_binding_0_fs.spread;
+    float offset = (_e61 + (_e64 * in_1.ratios.z));
+    vec4 _e75 = texelFetch(_group_1_binding_1_fs, ivec2(in_1.clip.xy), 0);
+    if ((in_1.depth > (_e75.x + offset))) {
         discard;
     }
-    vec3 _e79 = shade(base_2, normal_3, in_1.position);
-    float _e82 = _group_1_binding_0_fs.weight;
-    _fs2p_location0 = vec4(_e79, max((_e82 * quality_1), 6.1035156e-5));
+    vec3 _e80 = shade(base_2, normal_3, in_1.position);
+    float _e83 = _group_1_binding_0_fs.weight;
+    _fs2p_location0 = vec4(_e80, max((_e83 * quality_1), 6.1035156e-5));
     return;
 }
 

@@ -15,6 +15,7 @@ struct Frame {
 };
 struct Reference {
     vec4 texel;
+    float spread;
     float slack;
     float weight;
     float quality;
@@ -28,11 +29,13 @@ struct Fragment {
     vec4 clip;
     vec3 position;
     vec3 normal;
-    vec2 uv;
+    vec3 ratios;
     float quality;
     float depth;
 };
 layout(std140) uniform Frame_block_0Vertex { Frame _group_0_binding_0_vs; };
+
+layout(std140) uniform Reference_block_1Vertex { Reference _group_1_binding_0_vs; };
 
 layout(location = 0) in vec3 _p2vs_location0;
 layout(location = 1) in vec3 _p2vs_location1;
@@ -40,7 +43,7 @@ layout(location = 2) in vec2 _p2vs_location2;
 layout(location = 3) in float _p2vs_location3;
 layout(location = 0) smooth out vec3 _vs2fs_location0;
 layout(location = 1) smooth out vec3 _vs2fs_location1;
-layout(location = 2) smooth out vec2 _vs2fs_location2;
+layout(location = 2) smooth out vec3 _vs2fs_location2;
 layout(location = 3) smooth out float _vs2fs_location3;
 layout(location = 4) smooth out float _vs2fs_location4;
 
@@ -180,13 +183,15 @@ void main() {
     vec2 uv = _p2vs_location2;
     float quality = _p2vs_location3;
     vec4 p_2 = vec4(position_1, 1.0);
-    mat4x4 _e8 = _group_0_binding_0_vs.clip;
-    vec4 _e12 = _group_0_binding_0_vs.depth;
-    Fragment _tmp_return = Fragment((_e8 * p_2), position_1, normal, uv, quality, dot(_e12, p_2));
+    vec4 _e10 = _group_1_binding_0_vs.texel;
+    vec3 ratios = (vec3(uv, 1.0) * dot(_e10, p_2));
+    mat4x4 _e15 = _group_0_binding_0_vs.clip;
+    vec4 _e19 = _group_0_binding_0_vs.depth;
+    Fragment _tmp_return = Fragment((_e15 * p_2), position_1, normal, ratios, quality, dot(_e19, p_2));
     gl_Position = _tmp_return.clip;
     _vs2fs_location0 = _tmp_return.position;
     _vs2fs_location1 = _tmp_return.normal;
-    _vs2fs_location2 = _tmp_return.uv;
+    _vs2fs_location2 = _tmp_return.ratios;
     _vs2fs_location3 = _tmp_return.quality;
     _vs2fs_location4 = _tmp_return.depth;
     return;

@@ -15,6 +15,7 @@ struct Frame {
 };
 struct Reference {
     vec4 texel;
+    float spread;
     float slack;
     float weight;
     float quality;
@@ -28,7 +29,7 @@ struct Fragment {
     vec4 clip;
     vec3 position;
     vec3 normal;
-    vec2 uv;
+    vec3 ratios;
     float quality;
     float depth;
 };

@@ -15,10 +15,14 @@ struct Frame {
 
 struct Reference {
     float4 texel;
+    float spread;
     float slack;
     float weight;
     float quality;
     float mapped;
+    int _end_pad_0;
+    int _end_pad_1;
+    int _end_pad_2;
 };
 
 struct Depth {
@@ -30,7 +34,7 @@ struct Fragment {
     float4 clip_ : SV_Position;
     float3 position : LOC0;
     float3 normal : LOC1;
-    float2 uv : LOC2;
+    float3 ratios : LOC2;
     float quality : LOC3;
     float depth : LOC4;
 };
@@ -59,7 +63,7 @@ struct FragmentInput_depth_fragment {
 struct VertexOutput_color_vertex {
     float3 position_5 : LOC0;
     float3 normal_3 : LOC1;
-    float2 uv_1 : LOC2;
+    float3 ratios : LOC2;
     float quality_1 : LOC3;
     float depth_2 : LOC4;
     float4 clip_2 : SV_Position;
@@ -68,7 +72,7 @@ struct VertexOutput_color_vertex {
 struct FragmentInput_color_fragment {
     float3 position_6 : LOC0;
     float3 normal_4 : LOC1;
-    float2 uv_2 : LOC2;
+    float3 ratios_1 : LOC2;
     float quality_2 : LOC3;
     float depth_3 : LOC4;
     float4 clip_3 : SV_Position;
@@ -250,12 +254,12 @@ float4 depth_fragment(FragmentInput_depth_fragment fragmentinput_depth_fragment)
     return float4(in_.depth, 0.0, 0.0, 0.0);
 }
 
-Fragment ConstructFragment(float4 arg0, float3 arg1, float3 arg2, float2 arg3, float arg4, float arg5) {
+Fragment ConstructFragment(float4 arg0, float3 arg1, float3 arg2, float3 arg3, float arg4, float arg5) {
     Fragment ret = (Fragment)0;
     ret.clip_ = arg0;
     ret.position = arg1;
     ret.normal = arg2;
-    ret.uv = arg3;
+    ret.ratios = arg3;
     ret.quality = arg4;
     ret.depth = arg5;
     return ret;
@@ -264,10 +268,12 @@ Fragment ConstructFragment(float4 arg0, float3 arg1, float3 arg2, float2 arg3, f
 VertexOutput_color_vertex color_vertex(float3 position_1 : LOC0, float3 normal : LOC1, float2 uv : LOC2, float quality : LOC3)
 {
     float4 p_3 = float4(position_1, 1.0);
-    float4x4 _e8 = frame.clip_;
-    float4 _e12 = frame.depth;
-    const Fragment fragment = ConstructFragment(mul(p_3, _e8), position_1, normal, uv, quality, dot(_e12, p_3));
-    const VertexOutput_color_vertex fragment_1 = { fragment.position, fragment.normal, fragment.uv, fragment.quality, fragment.depth, fragment.clip_ };
+    float4 _e10 = reference.texel;
+    float3 ratios_2 = (float3(uv, 1.0) * dot(_e10, p_3));
+    float4x4 _e15 = frame.clip_;
+    float4 _e19 = frame.depth;
+    const Fragment fragment = ConstructFragment(mul(p_3, _e15), position_1, normal, ratios_2, quality, dot(_e19, p_3));
+    const VertexOutput_color_vertex fragment_1 = { fragment.position, fragment.normal, fragment.ratios, fragment.quality, fragment.depth, fragment.clip_ };
     return fragment_1;
 }
 
@@ -284,41 +290,42 @@ uint2 NagaDimensions2D(Texture2D<float4> tex)
 
 float4 color_fragment(FragmentInput_color_fragment fragmentinput_color_fragment) : SV_Target0
 {
-    Fragment in_1 = { fragmentinput_color_fragment.clip_3, fragmentinput_color_fragment.position_6, fragmentinput_color_fragment.normal_4, fragmentinput_color_fragment.uv_2, fragmentinput_color_fragment.quality_2, fragmentinput_color_fragment.depth_3 };
+    Fragment in_1 = { fragmentinput_color_fragment.clip_3, fragmentinput_color_fragment.position_6, fragmentinput_color_fragment.normal_4, fragmentinput_color_fragment.ratios_1, fragmentinput_color_fragment.quality_2, fragmentinput_color_fragment.depth_3 };
     bool facing = fragmentinput_color_fragment.facing_1;
     bool local = (bool)0;
 
     float2 size = float2(NagaDimensions2D(picture));
-    float2 _e6 = ddx(in_1.uv);
-    float2 dx = (_e6 * size);
-    float2 _e9 = ddy(in_1.uv);
-    float2 dy = (_e9 * size);
+    float2 uv_1 = (in_1.ratios.xy / (in_1.ratios.z).xx);
+    float2 _e11 = ddx(uv_1);
+    float2 dx = (_e11 * size);
+    float2 _e13 = ddy(uv_1);
+    float2 dy = (_e13 * size);
     float level = (0.5 * log2(max(max(dot(dx, dx), dot(dy, dy)), 1.0)));
-    float4 _e22 = picture.SampleLevel(smooth_sampler, in_1.uv, level);
-    float3 base_2 = _e22.xyz;
-    float4 _e27 = normal_map.SampleLevel(smooth_sampler, in_1.uv, level);
-    float3 mapped = ((_e27.xyz * 2.0) - (1.0).xxx);
-    float _e37 = reference.mapped;
-    if ((_e37 > 0.0)) {
+    float4 _e25 = picture.SampleLevel(smooth_sampler, uv_1, level);
+    float3 base_2 = _e25.xyz;
+    float4 _e29 = normal_map.SampleLevel(smooth_sampler, uv_1, level);
+    float3 mapped = ((_e29.xyz * 2.0) - (1.0).xxx);
+    float _e39 = reference.mapped;
+    if ((_e39 > 0.0)) {
         local = (dot(mapped, mapped) > 0.0);
     } else {
         local = false;
     }
-    bool _e46 = local;
-    float3 bent = (_e46 ? mapped : in_1.normal);
+    bool _e48 = local;
+    float3 bent = (_e48 ? mapped : in_1.normal);
     float3 normal_5 = normalize((facing ? bent : -(bent)));
-    float _e54 = reference.quality;
-    float quality_3 = lerp(1.0, in_1.quality, _e54);
-    float _e59 = reference.slack;
-    float4 _e62 = reference.texel;
-    float offset = (_e59 + dot(_e62, float4(in_1.position, 1.0)));
-    float4 _e74 = front.Load(int3(naga_f2i32(in_1.clip_.xy), int(0)));
-    if ((in_1.depth > (_e74.x + offset))) {
+    float _e56 = reference.quality;
+    float quality_3 = lerp(1.0, in_1.quality, _e56);
+    float _e61 = reference.slack;
+    float _e64 = reference.spread;
+    float offset = (_e61 + (_e64 * in_1.ratios.z));
+    float4 _e75 = front.Load(int3(naga_f2i32(in_1.clip_.xy), int(0)));
+    if ((in_1.depth > (_e75.x + offset))) {
         discard;
     }
-    const float3 _e79 = shade(base_2, normal_5, in_1.position);
-    float _e82 = reference.weight;
-    return float4(_e79, max((_e82 * quality_3), 6.1035156e-5));
+    const float3 _e80 = shade(base_2, normal_5, in_1.position);
+    float _e83 = reference.weight;
+    return float4(_e80, max((_e83 * quality_3), 6.1035156e-5));
 }
 
 float4 screen_vertex(uint index : SV_VertexID) : SV_Position

@@ -20,10 +20,12 @@ struct Frame {
 };
 struct Reference {
     metal::float4 texel;
+    float spread;
     float slack;
     float weight;
     float quality;
     float mapped;
+    char _pad6[12];
 };
 struct Depth {
     metal::float4 clip;
@@ -34,9 +36,10 @@ struct Fragment {
     metal::float4 clip;
     metal::float3 position;
     metal::float3 normal;
-    metal::float2 uv;
+    metal::packed_float3 ratios;
     float quality;
     float depth;
+    char _pad6[12];
 };
 
 metal::float3 lit(
@@ -243,23 +246,26 @@ struct color_vertexOutput {
     metal::float4 clip [[position]];
     metal::float3 position [[user(loc0), center_perspective]];
     metal::float3 normal [[user(loc1), center_perspective]];
-    metal::float2 uv [[user(loc2), center_perspective]];
+    metal::float3 ratios [[user(loc2), center_perspective]];
     float quality [[user(loc3), center_perspective]];
     float depth [[user(loc4), center_perspective]];
 };
 vertex color_vertexOutput color_vertex(
   color_vertexInput varyings_2 [[stage_in]]
 , constant Frame& frame [[user(fake0)]]
+, constant Reference& reference [[user(fake0)]]
 ) {
     const auto position_1 = varyings_2.position_1;
     const auto normal = varyings_2.normal;
     const auto uv = varyings_2.uv;
     const auto quality = varyings_2.quality;
     metal::float4 p_3 = metal::float4(position_1, 1.0);
-    metal::float4x4 _e8 = frame.clip;
-    metal::float4 _e12 = frame.depth;
-    const auto _tmp_1 = Fragment {_e8 * p_3, position_1, normal, uv, quality, metal::dot(_e12, p_3)};
-    return color_vertexOutput { _tmp_1.clip, _tmp_1.position, _tmp_1.normal, _tmp_1.uv, _tmp_1.quality, _tmp_1.depth };
+    metal::float4 _e10 = reference.texel;
+    metal::float3 ratios = metal::float3(uv, 1.0) * metal::dot(_e10, p_3);
+    metal::float4x4 _e15 = frame.clip;
+    metal::float4 _e19 = frame.depth;
+    const auto _tmp_1 = Fragment {_e15 * p_3, position_1, normal, ratios, quality, metal::dot(_e19, p_3)};
+    return color_vertexOutput { _tmp_1.clip, _tmp_1.position, _tmp_1.normal, _tmp_1.ratios, _tmp_1.quality, _tmp_1.depth };
 }
 
 metal::int2 naga_f2i32(metal::float2 value) {
@@ -270,7 +276,7 @@ metal::int2 naga_f2i32(metal::float2 value) {
 struct color_fragmentInput {
     metal::float3 position_5 [[user(loc0), center_perspective]];
     metal::float3 normal_3 [[user(loc1), center_perspective]];
-    metal::float2 uv_1 [[user(loc2), center_perspective]];
+    metal::float3 ratios [[user(loc2), center_perspective]];
     float quality_1 [[user(loc3), center_perspective]];
     float depth [[user(loc4), center_perspective]];
 };
@@ -288,39 +294,40 @@ fragment color_fragmentOutput color_fragment(
 , metal::texture2d<float, metal::access::sample> normal_map [[user(fake0)]]
 , metal::sampler smooth_sampler [[user(fake0)]]
 ) {
-    const Fragment in_1 = { clip_1, varyings_3.position_5, varyings_3.normal_3, varyings_3.uv_1, varyings_3.quality_1, varyings_3.depth };
+    const Fragment in_1 = { clip_1, varyings_3.position_5, varyings_3.normal_3, varyings_3.ratios, varyings_3.quality_1, varyings_3.depth };
     bool local = {};
     metal::float2 size = static_cast<metal::float2>(metal::uint2(picture.get_width(), picture.get_height()));
-    metal::float2 _e6 = metal::dfdx(in_1.uv);
-    metal::float2 dx = _e6 * size;
-    metal::float2 _e9 = metal::dfdy(in_1.uv);
-    metal::float2 dy = _e9 * size;
+    metal::float2 uv_1 = metal::float3(in_1.ratios).xy / metal::float2(in_1.ratios[2]);
+    metal::float2 _e11 = metal::dfdx(uv_1);
+    metal::float2 dx = _e11 * size;
+    metal::float2 _e13 = metal::dfdy(uv_1);
+    metal::float2 dy = _e13 * size;
     float level = 0.5 * metal::log2(metal::max(metal::max(metal::dot(dx, dx), metal::dot(dy, dy)), 1.0));
-    metal::float4 _e22 = picture.sample(smooth_sampler, in_1.uv, metal::level(level));
-    metal::float3 base_2 = _e22.xyz;
-    metal::float4 _e27 = normal_map.sample(smooth_sampler, in_1.uv, metal::level(level));
-    metal::float3 mapped = (_e27.xyz * 2.0) - metal::float3(1.0);
-    float _e37 = reference.mapped;
-    if (_e37 > 0.0) {
+    metal::float4 _e25 = picture.sample(smooth_sampler, uv_1, metal::level(level));
+    metal::float3 base_2 = _e25.xyz;
+    metal::float4 _e29 = normal_map.sample(smooth_sampler, uv_1, metal::level(level));
+    metal::float3 mapped = (_e29.xyz * 2.0) - metal::float3(1.0);
+    float _e39 = reference.mapped;
+    if (_e39 > 0.0) {
         local = metal::dot(mapped, mapped) > 0.0;
     } else {
         local = false;
     }
-    bool _e46 = local;
-    metal::float3 bent = _e46 ? mapped : in_1.normal;
+    bool _e48 = local;
+    metal::float3 bent = _e48 ? mapped : in_1.normal;
     metal::float3 normal_3 = metal::normalize(facing ? bent : -(bent));
-    float _e54 = reference.quality;
-    float quality_1 = metal::mix(1.0, in_1.quality, _e54);
-    float _e59 = reference.slack;
-    metal::float4 _e62 = reference.texel;
-    float offset = _e59 + metal::dot(_e62, metal::float4(in_1.position, 1.0));
-    metal::float4 _e74 = front.read(metal::uint2(naga_f2i32(in_1.clip.xy)), 0);
-    if (in_1.depth > (_e74.x + offset)) {
+    float _e56 = reference.quality;
+    float quality_1 = metal::mix(1.0, in_1.quality, _e56);
+    float _e61 = reference.slack;
+    float _e64 = reference.spread;
+    float offset = _e61 + (_e64 * in_1.ratios[2]);
+    metal::float4 _e75 = front.read(metal::uint2(naga_f2i32(in_1.clip.xy)), 0);
+    if (in_1.depth > (_e75.x + offset)) {
         metal::discard_fragment();
     }
-    metal::float3 _e79 = shade(base_2, normal_3, in_1.position, frame);
-    float _e82 = reference.weight;
-    return color_fragmentOutput { metal::float4(_e79, metal::max(_e82 * quality_1, 0.000061035156)) };
+    metal::float3 _e80 = shade(base_2, normal_3, in_1.position, frame);
+    float _e83 = reference.weight;
+    return color_fragmentOutput { metal::float4(_e80, metal::max(_e83 * quality_1, 0.000061035156)) };
 }
 
 

@@ -42,10 +42,12 @@ pub struct Frame {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Reference {
     pub texel: [f32; 4],
+    pub spread: f32,
     pub slack: f32,
     pub weight: f32,
     pub quality: f32,
     pub mapped: f32,
+    pub padding: [f32; 3],
 }
 
 /// A DMesh in a device's memory.
@@ -240,13 +242,14 @@ fn blank(device: &Device) -> wgpu::TextureView {
 }
 
 fn reference(model: &Model, i: usize, weight: f64, blending: &Blending) -> Reference {
-    let texel = if blending.offset.is_some() { DVec4::ZERO } else { model.part(i).1.texel };
     Reference {
-        texel: texel.as_vec4().to_array(),
+        texel: model.part(i).1.texel.as_vec4().to_array(),
+        spread: f32::from(u8::from(blending.offset.is_none())),
         slack: blending.offset.unwrap_or(2.0 * model.dmesh().epsilon) as f32,
         weight: weight as f32,
         quality: f32::from(u8::from(blending.quality)),
         mapped: f32::from(u8::from(model.part(i).1.normals.is_some())),
+        padding: [0.0; 3],
     }
 }
 

@@ -45,7 +45,7 @@ fn the_shader_is_valid_and_shares_the_structs() {
         samples,
         layers
     );
-    same!("Reference", dmesh::Reference, texel, slack, weight, quality, mapped);
+    same!("Reference", dmesh::Reference, texel, spread, slack, weight, quality, mapped);
 }
 
 /// Of pixels, how many differ by more than `tolerance` in a channel, and the greatest difference of the others.

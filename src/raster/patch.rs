@@ -42,6 +42,13 @@ impl Patch {
         if sum > 0.0 { (w.map(|w| w / sum), inverse) } else { ([1.0 / 3.0; 3], inverse) }
     }
 
+    /// For values that are ratios of affine functions on the triangle, such as the coordinates of a picture that a camera has cast on
+    /// it; `denominators`: of those ratios, at the corners.
+    pub fn projective(&self, denominators: [f64; 3]) -> Self {
+        let f = &self.functions;
+        Self { functions: std::array::from_fn(|i| f[i].map(|c| c * denominators[i])) }
+    }
+
     /// Change of Σ fᵢ·valueᵢ from pixel to pixel in x and in y.
     pub fn slope(&self, value: [f64; 3]) -> [f64; 2] {
         let f = &self.functions;

@@ -49,7 +49,8 @@ pub struct Mesh {
     pub normals: Array<[f32; 3]>,
     /// ρ = |n·v| of section 4.2, 0 to 1: how squarely the reference camera saw the vertex.
     pub quality: Array<f32>,
-    /// In the picture; v down.
+    /// Where the reference camera sees the vertex, in its picture; v down. Within a triangle coordinates follow that camera's
+    /// projection: they are affine only where it is orthographic.
     pub uv: Array<[f32; 2]>,
     /// Counter-clockwise seen from the reference camera.
     pub triangles: Array<[u32; 3]>,
@@ -164,7 +165,7 @@ fn camera(v: &View) -> Result<(), String> {
         Projection::Orthographic { left, right, bottom, top } => (false, left, right, bottom, top),
     };
     let finite = [l, r, b, t, v.near, v.far].iter().all(|x| x.is_finite());
-    if !finite || !(l < r && b < t && v.near < v.far) || (perspective && v.near <= 0.0) {
+    if !(finite && l < r && b < t && v.near < v.far) || (perspective && v.near <= 0.0) {
         return Err("camera: expected a window and a depth range that are not empty".into());
     }
     if !(1..=MAX_SIDE).contains(&v.width) || !(1..=MAX_SIDE).contains(&v.height) {

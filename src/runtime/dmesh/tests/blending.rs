@@ -146,25 +146,24 @@ fn weights_that_change_a_little_change_pixels_a_little() {
     }
     let model = Model::new(dmesh).unwrap();
     let view = towards(&scene, DVec3::new(0.4, 0.3, 1.0), 60);
-    let steps = 90;
-    let at = |i: u32| {
-        let angle = 0.2 + 1.2 * f64::from(i) / f64::from(steps);
+    let at = |t: f64| {
+        let angle = 0.2 + 1.2 * t;
         let turned = towards(&scene, DVec3::new(libm::sin(angle), 0.3, libm::cos(angle)), 60);
         let selected = select(model.dmesh(), &turned, Weights::Positional);
-        model.draw_selected(&view, &one_sample(), &Blending::default(), selected, &Stop::default()).unwrap()
+        model.draw_selected(&view, &one_sample(), &Blending::default(), selected, &Stop::default()).unwrap().picture
     };
-    let mut before = at(0);
-    let (mut total, mut jump) = (0, 0);
-    for i in 1..=steps {
-        let drawn = at(i);
-        for (a, b) in before.picture.texels.iter().zip(&drawn.picture.texels) {
-            jump = jump.max(far(a, b));
-            total += far(a, b);
-        }
-        before = drawn;
-    }
-    assert!(total > 10_000, "the weights matter: {total}");
-    assert!(jump <= 12, "{jump} of 255");
+    // The greatest change of a channel from step to step in linear light, and in all.
+    let jumps = |steps: u32| {
+        let linear =
+            |p: &crate::image::Picture| p.texels.iter().flatten().map(|c| srgb::to_linear(*c)).collect::<Vec<_>>();
+        let all: Vec<_> = (0..=steps).map(|i| linear(&at(f64::from(i) / f64::from(steps)))).collect();
+        let step = |w: &[Vec<f32>]| w[0].iter().zip(&w[1]).fold(0.0f32, |m, (a, b)| m.max((a - b).abs()));
+        let (first, last) = (&all[0], &all[all.len() - 1]);
+        (all.windows(2).map(step).fold(0.0, f32::max), step(&[first.clone(), last.clone()]))
+    };
+    let ((coarse, total), (fine, _)) = (jumps(40), jumps(160));
+    assert!(total > 0.3, "the weights matter: {total}");
+    assert!(coarse < 0.12 && fine < 0.4 * coarse, "steps of {coarse}, and of {fine} where they are a quarter");
 }
 
 #[test]

@@ -8,6 +8,7 @@ use crate::{
         tests::{object, octahedron},
     },
     scene::{Image, Material, Texture, Wrap},
+    view::Projection,
 };
 use glam::DVec3;
 use std::sync::Arc;
@@ -27,6 +28,32 @@ fn from_its_own_camera_a_reference_shows_its_picture() {
         seen += 1;
     }
     assert!(seen * 10 > covered * 8, "{seen} of {covered}");
+}
+
+/// Two triangles that reach far into the depth show the picture that a perspective camera took of them where it belongs, however large
+/// they are.
+#[test]
+fn pictures_are_cast_on_large_triangles() {
+    let (mut floor, size) = (square("a", DVec3::Z * 3.0, DVec3::ZERO, [0; 3], 1.0), 128u32);
+    let view =
+        View::look_at(DVec3::new(0.0, 1.0, 4.0), DVec3::new(0.0, 0.0, -3.0), DVec3::Y, 0.9, size, size, 0.1, 99.0);
+    let corners = [[-1.0, 0.0, 2.0], [1.0, 0.0, 2.0], [1.0, 0.0, -9.0], [-1.0, 0.0, -9.0f32]];
+    let uv = corners.map(|p| {
+        let (px, py, _) = view.project(glam::Vec3::from(p).as_dvec3());
+        [(px / f64::from(size)) as f32, (py / f64::from(size)) as f32]
+    });
+    let mesh = Mesh { positions: corners.to_vec().into(), uv: uv.to_vec().into(), ..(*floor.mesh).clone() };
+    let texels = (0..size * size).map(|i| [(i % size * 2) as u8, (i / size * 2) as u8, 0, 255]).collect();
+    floor.color = Arc::new(Image { name: String::new(), width: size, height: size, texels });
+    (floor.mesh, floor.view) = (Arc::new(mesh), view);
+    let dmesh = Dmesh { references: vec![floor], epsilon: 0.0, diagonal: 1.0, double_sided: false };
+    let drawn = draw(&dmesh, &view, &one_sample());
+    let mut seen = 0;
+    for (i, texel) in drawn.picture.texels.iter().enumerate().filter(|(i, _)| drawn.surface[*i] != NOTHING) {
+        assert!(far(texel, &dmesh.references[0].color.texels[i]) <= 1, "{i}: {texel:?}");
+        seen += 1;
+    }
+    assert!(seen > 1500, "{seen}");
 }
 
 /// A sphere with a texture whose coordinates stay within 0 to 1.
@@ -74,7 +101,10 @@ fn a_mesh_of_its_own_is_drawn_as_the_rasteriser_draws_it() {
     };
     let view = towards(&scene, DVec3::new(0.3, 0.5, 1.0), 90);
     let color = part.material.base_color_texture.as_ref().unwrap().image.clone();
-    let reference = Reference { name: "a".into(), view, mesh: Arc::new(mesh), color, normal_map: None };
+    // Captured by a camera that casts its picture in parallel, so that coordinates are affine as the rasteriser's are.
+    let projection = Projection::Orthographic { left: -1.0, right: 1.0, bottom: -1.0, top: 1.0 };
+    let captured = View { projection, ..view };
+    let reference = Reference { name: "a".into(), view: captured, mesh: Arc::new(mesh), color, normal_map: None };
     let dmesh = Dmesh { references: vec![reference], epsilon: 0.0, diagonal: 1.0, double_sided: false };
     let geometry = Geometry::new(&scene);
     let shader = Shader::new(&geometry);
@@ -108,7 +138,7 @@ fn a_relit_sphere_equals_the_lit_sphere() {
             let db = measure::psnr(&floats(&expect), &floats(&drawn.picture));
             assert!(db > 40.0, "{shading:?}: {db} dB");
             // Inside, where pixels and their neighbours see the sphere on both sides.
-            let centre = |i: usize| ((i % 120) as f64 - 59.5).hypot((i / 120) as f64 - 59.5);
+            let centre = |i: usize| libm::hypot((i % 120) as f64 - 59.5, (i / 120) as f64 - 59.5);
             let inner = (0..120 * 120).filter(|i| centre(*i) < 26.0);
             let worst = inner.map(|i| far(&expect.texels[i], &drawn.picture.texels[i])).max();
             assert!(worst <= Some(6), "{shading:?}: {worst:?}");
