@@ -63,7 +63,7 @@ fn levels(
                 rows[x] = error(Edge::Horizontal, h, p - h, p + h, p, x, y);
             }
             // The last band is the bottom row alone.
-            let Some(row) = rows.get_mut(h * side..) else { return };
+            let Some(row) = rows.get_mut(h * side..).filter(|row| !row.is_empty()) else { return };
             let y = y + h;
             for x in (0..=n).step_by(2 * h) {
                 let p = y * side + x;

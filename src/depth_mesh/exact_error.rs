@@ -28,7 +28,8 @@ pub(super) fn exact_errors(map: &DepthMap, rays: &Rays, distance: Distance) -> V
                 let below = if y < n { error(x, y + h, Shape::North) } else { 0.0 };
                 rows[x] = above.max(below);
             }
-            let Some(row) = rows.get_mut(h * side..) else { return };
+            // The last band is the bottom row alone.
+            let Some(row) = rows.get_mut(h * side..).filter(|row| !row.is_empty()) else { return };
             let y = y + h;
             for x in (0..=n).step_by(2 * h) {
                 let left = if x > 0 { error(x - h, y, Shape::East) } else { 0.0 };

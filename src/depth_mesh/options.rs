@@ -114,7 +114,7 @@ impl Default for Options {
             error: ErrorMeasure::default(),
             distance: Distance::default(),
             segmentation: Segmentation::default(),
-            kappa: 0.9,
+            kappa: 0.5,
             sigma: 0.02,
             omega: 5.0,
             depth_range: DepthRange::default(),

@@ -84,9 +84,10 @@ pub fn dependencies(n: usize) -> BTreeMap<Point, BTreeSet<Point>> {
 
 pub fn close(n: usize, selected: &mut BTreeSet<Point>) {
     fn add(p: Point, dependencies: &BTreeMap<Point, BTreeSet<Point>>, selected: &mut BTreeSet<Point>) {
-        selected.insert(p);
         for &q in &dependencies[&p] {
-            add(q, dependencies, selected);
+            if selected.insert(q) {
+                add(q, dependencies, selected);
+            }
         }
     }
     let dependencies = dependencies(n);
