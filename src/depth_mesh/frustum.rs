@@ -50,13 +50,14 @@ impl Frustum {
         sphere.is_empty() || self.planes.iter().any(|(n, d)| n.dot(sphere.centre) + d < -slack)
     }
 
-    /// `bound` of [`Frustum::shows`] for a tolerance of `tau` pixels: 0 asks for everything that deviates at all.
-    pub fn ratio(&self, tau: f32) -> f32 {
-        self.scale / (tau.max(0.0) * tau.max(0.0))
+    /// The squared error that shows as `tau` pixels (f·d/|p − e| = τ, equation 4) from a squared distance, divided by that distance.
+    pub fn tolerance(&self, tau: f32) -> f32 {
+        tau.max(0.0) * tau.max(0.0) / self.scale
     }
 
-    /// Equation (4): whether an error looks larger than the tolerance from a squared distance. All squared.
-    pub fn shows(&self, error: f32, ratio: f32, distance: f32) -> bool {
-        error > 0.0 && error * ratio > if self.perspective { distance } else { 1.0 }
+    /// What [`Frustum::tolerance`] gives, at a squared distance.
+    #[inline]
+    pub fn at(&self, tolerance: f32, distance: f32) -> f32 {
+        if self.perspective { tolerance * distance } else { tolerance }
     }
 }

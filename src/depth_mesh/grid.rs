@@ -98,6 +98,24 @@ impl Grid {
         }
     }
 
+    /// The ends of the edge that a point bisects (a and b of equations 1 and 2); not for corners.
+    #[inline]
+    pub fn ends(x: usize, y: usize) -> [(usize, usize); 2] {
+        let h = Self::half_at(x, y);
+        match (x & h != 0, y & h != 0) {
+            (true, true) if (x ^ y) & (2 * h) == 0 => [(x - h, y - h), (x + h, y + h)],
+            (true, true) => [(x + h, y - h), (x - h, y + h)],
+            (true, false) => [(x - h, y), (x + h, y)],
+            _ => [(x, y - h), (x, y + h)],
+        }
+    }
+
+    /// The corners opposite to that edge of the triangles that share it: what a point depends on, corners of the grid included.
+    pub fn apexes(self, x: usize, y: usize) -> Points<2> {
+        let n = self.cells();
+        if 2 * x == n && x == y { [Some((n, 0)), Some((0, n))] } else { self.parents(x, y) }
+    }
+
     /// The points that depend on a point that is no corner.
     #[inline]
     pub fn dependants(self, x: usize, y: usize) -> Points<4> {

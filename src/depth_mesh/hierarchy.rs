@@ -3,7 +3,7 @@
 use super::{
     bounds::Sphere,
     edge_error::edge_errors,
-    exact_error::exact_errors,
+    exact_error::{Scan, bounds},
     grid::{Grid, midpoint},
     map::DepthMap,
     normals,
@@ -25,7 +25,7 @@ pub struct Hierarchy {
     distance: Distance,
     pub(super) grid: Grid,
     pub(super) rays: Rays,
-    /// Squared error per grid point.
+    /// Squared error per grid point, or a bound of it.
     error: Vec<f32>,
     /// Eight segmentation flags per node.
     flags: Vec<u8>,
@@ -49,7 +49,7 @@ impl Hierarchy {
         let grid = Grid::of(map.side());
         let error = match options.error {
             ErrorMeasure::Edge => edge_errors(&map, &rays, distance),
-            ErrorMeasure::Exact => exact_errors(&map, &rays, distance),
+            ErrorMeasure::Exact => bounds(&map, &rays, distance),
         };
         let mut nodes = Nodes::new(grid, options.propagation);
         nodes.leaves(&map, &error, &Segmenter::new(&map, &rays, options));
@@ -74,9 +74,17 @@ impl Hierarchy {
         self.distance
     }
 
-    /// Squared error of every grid point, row by row, metres². A point is needed where it is above the squared tolerance; so is what it depends on.
+    /// Squared errors of all grid points, row by row, metres². With [`ErrorMeasure::Exact`] they are bounds from above.
     pub fn error(&self) -> &[f32] {
         &self.error
+    }
+
+    /// Whether the triangles that a grid point splits deviate by more than a squared tolerance: by its error, or by what is found under them
+    /// where errors are bounds. Corners of the grid split nothing.
+    pub(super) fn exceeds(&self, x: usize, y: usize, tolerance: f32) -> bool {
+        self.error[y * self.map.side() + x] > tolerance
+            && (self.options.error == ErrorMeasure::Edge
+                || Scan { map: &self.map, rays: &self.rays, distance: self.distance }.exceeds(x, y, tolerance))
     }
 
     /// Segmentation flags of all quadtree nodes, level by level from the root, rows from the top: bit t for triangle t of a1, a2, b1, … d2 (figure 11).

@@ -16,7 +16,7 @@ use crate::view::View;
 pub struct Workspace {
     selection: Option<Selection>,
     verdicts: Vec<u8>,
-    points: Vec<(u16, u16)>,
+    open: Open,
     nodes: Vec<Visit>,
     scratch: Scratch,
     triangulation: Triangulation,
@@ -66,9 +66,8 @@ impl Hierarchy {
         if epsilon < 0.0 {
             selection.fill();
         } else if self.options().error == ErrorMeasure::Exact {
-            let side = self.map().side();
             let splits = self.splits.iter().flat_map(Selection::points);
-            self.descend(&mut selection, &mut workspace.points, splits, |x, y| self.error()[y * side + x] > bound);
+            self.descend(&mut selection, &mut workspace.open, splits, |x, y| self.exceeds(x, y, bound));
         } else {
             selection.above(self.error(), bound);
             if let Some(splits) = &self.splits {
@@ -96,15 +95,15 @@ impl Hierarchy {
     pub fn view_dependent<'w>(&self, view: &View, tau: f32, workspace: &'w mut Workspace) -> &'w Triangulation {
         let mut selection = workspace.start(self.map().side());
         let frustum = Frustum::new(self.map().view(), view);
-        let ratio = frustum.ratio(tau);
+        let tolerance = frustum.tolerance(tau);
         let mut verdicts = std::mem::take(&mut workspace.verdicts);
         let mut culling = Culling::new(&frustum, self, &mut verdicts);
         match self.options().error {
             ErrorMeasure::Edge => {
-                self.visit(&mut selection, &mut workspace.nodes, &mut culling, ratio);
+                self.visit(&mut selection, &mut workspace.nodes, &mut culling, tolerance);
                 selection.close();
             }
-            ErrorMeasure::Exact => self.descend_in_view(&mut selection, &mut workspace.points, &mut culling, ratio),
+            ErrorMeasure::Exact => self.descend_in_view(&mut selection, &mut workspace.open, &mut culling, tolerance),
         }
         self.finish(selection, Some(&mut culling), workspace);
         workspace.verdicts = verdicts;
@@ -127,12 +126,20 @@ impl Hierarchy {
     fn descend(
         &self,
         selection: &mut Selection,
-        open: &mut Vec<(u16, u16)>,
+        open: &mut Open,
         first: impl Iterator<Item = (usize, usize)>,
         mut wanted: impl FnMut(usize, usize) -> bool,
     ) {
         let short = |(x, y): (usize, usize)| (x as u16, y as u16);
+        let Open { points: open, asked } = open;
         open.clear();
+        let asked = match asked {
+            Some(asked) if asked.side() == selection.side() => {
+                asked.clear();
+                asked
+            }
+            _ => asked.insert(Selection::new(selection.side())),
+        };
         for (x, y) in first {
             selection.insert(x, y);
             open.push(short((x, y)));
@@ -149,7 +156,7 @@ impl Hierarchy {
                 }
             }
             for p in self.grid.dependants(x, y).into_iter().flatten() {
-                if !selection.contains(p.0, p.1) && wanted(p.0, p.1) {
+                if !selection.contains(p.0, p.1) && asked.insert(p.0, p.1) && wanted(p.0, p.1) {
                     selection.insert(p.0, p.1);
                     open.push(short(p));
                 }
@@ -157,14 +164,8 @@ impl Hierarchy {
         }
     }
 
-    fn descend_in_view(
-        &self,
-        selection: &mut Selection,
-        open: &mut Vec<(u16, u16)>,
-        culling: &mut Culling,
-        ratio: f32,
-    ) {
-        let (side, frustum) = (self.map().side(), culling.frustum);
+    fn descend_in_view(&self, selection: &mut Selection, open: &mut Open, culling: &mut Culling, tolerance: f32) {
+        let frustum = culling.frustum;
         // Of the nodes that hold the two triangles of a point, those in view; the nearest of their spheres.
         let mut distance = |x: usize, y: usize| {
             let h = Grid::half_at(x, y);
@@ -181,13 +182,12 @@ impl Hierarchy {
         let splits = self.splits.iter().flat_map(Selection::points);
         let splits: Vec<_> = splits.filter(|&(x, y)| distance(x, y).is_some()).collect();
         self.descend(selection, open, splits.into_iter(), |x, y| {
-            let error = self.error()[y * side + x];
-            error > 0.0 && distance(x, y).is_some_and(|d| frustum.shows(error, ratio, d))
+            distance(x, y).is_some_and(|d| self.exceeds(x, y, frustum.at(tolerance, d)))
         });
     }
 
     /// Selects the points of nodes in view whose own error shows.
-    fn visit(&self, selection: &mut Selection, open: &mut Vec<Visit>, culling: &mut Culling, ratio: f32) {
+    fn visit(&self, selection: &mut Selection, open: &mut Vec<Visit>, culling: &mut Culling, tolerance: f32) {
         let (side, frustum) = (self.map().side(), culling.frustum);
         open.clear();
         open.push(Visit { level: 0, i: 0, j: 0, distance: 0.0 });
@@ -202,7 +202,7 @@ impl Hierarchy {
                 distance = sphere.squared_distance(frustum.eye);
             }
             let splits = self.splits.as_ref().filter(|s| s.contains(x, y));
-            if splits.is_none() && !frustum.shows(self.node_error[node], ratio, distance) {
+            if splits.is_none() && !(self.node_error[node] > frustum.at(tolerance, distance)) {
                 continue;
             }
             for (x, y) in std::iter::once((x, y)).chain((0..4).map(|q| midpoint((x, y), h, q))) {
@@ -214,7 +214,7 @@ impl Hierarchy {
                     false => distance,
                 };
                 let split = self.splits.as_ref().is_some_and(|s| s.contains(x, y));
-                if split || error > 0.0 && frustum.shows(error, ratio, from_eye()) {
+                if split || error > 0.0 && error > frustum.at(tolerance, from_eye()) {
                     selection.insert(x, y);
                 }
             }
@@ -225,6 +225,13 @@ impl Hierarchy {
             }
         }
     }
+}
+
+/// Points whose dependencies are to be looked at, and those that were asked for.
+#[derive(Clone, Debug, Default)]
+struct Open {
+    points: Vec<(u16, u16)>,
+    asked: Option<Selection>,
 }
 
 /// A node to look at.

@@ -16,6 +16,12 @@ fn errors_are_those_of_the_equations() {
                 for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
                     if hierarchy.grid.is_corner(x, y) {
                         assert_eq!(hierarchy.error()[y * side + x], 0.0);
+                    } else if let (ErrorMeasure::Exact, Some(expected)) =
+                        (error, literal::error(&map, &options, (x, y)))
+                    {
+                        let tolerance = |d: f64| if d > 0.0 { (d * d) as f32 } else { -1.0 };
+                        assert!(hierarchy.exceeds(x, y, tolerance(expected - 2e-5)), "({x}, {y}): {expected}");
+                        assert!(!hierarchy.exceeds(x, y, tolerance(expected + 2e-5)), "({x}, {y}): {expected}");
                     } else if let Some(expected) = literal::error(&map, &options, (x, y)) {
                         let found = f64::from(hierarchy.error()[y * side + x]).sqrt();
                         assert!((found - expected).abs() < 2e-5, "({x}, {y}): {found}, {expected}");
@@ -100,7 +106,11 @@ fn exact_errors_need_no_more_than_a_maximum_up_the_hierarchy() {
         let hierarchy = Hierarchy::new(map, &Options { error: ErrorMeasure::Exact, ..options() }).unwrap();
         let epsilon = 0.02;
         let mut all = Selection::new(33);
-        all.above(hierarchy.error(), epsilon * epsilon);
+        for (x, y) in (0..33).flat_map(|y| (0..33).map(move |x| (x, y))) {
+            if !hierarchy.grid.is_corner(x, y) && hierarchy.exceeds(x, y, epsilon * epsilon) {
+                all.insert(x, y);
+            }
+        }
         all.close();
         let mut workspace = Workspace::default();
         hierarchy.triangulate(epsilon, &mut workspace);
