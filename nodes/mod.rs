@@ -111,6 +111,7 @@ pub fn registry() -> Registry {
     r.add::<split_objects::SplitObjects>();
     r.add::<write_glb::WriteGlb>();
     r.add::<fit_factor::FitFactor>();
+    r.add::<collapse::Quadric>();
     r.add::<collapse::voxel_cover::node::VoxelCover>();
     r.add::<collapse::voxel_quadric::VoxelQuadric>();
     r.add::<voxel_mesh::VoxelMeshNode>();

@@ -1,6 +1,8 @@
 //! Mesh algorithms that know nothing of voxels or scenes, and the textured mesh that stands between
 //! resampling and the atlas.
 
+pub mod simplify;
+
 use crate::array::Array;
 
 /// A mesh whose faces have their texels in charts of their own, not yet in an atlas.
