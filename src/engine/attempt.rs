@@ -2,14 +2,16 @@
 //! than was believed.
 
 use super::{
-    bake::{Failure, NodeReport, Options, Outcome, Report, peak_memory},
     cache::Cache,
     deliver::{self, Baked},
     error::EngineError,
     events::{Event, Events},
+    memory,
+    options::Options,
     plan::Plan,
     profile::Profile,
     record::BakeRecord,
+    report::{Failure, NodeReport, Outcome, Report},
     schedule::{Pool, Schedule, Setting, Trust},
 };
 use crate::math::Stop;
@@ -136,7 +138,7 @@ impl Attempt<'_> {
             folder: baked.folder,
             accepted: baked.accepted,
             seconds: self.profile.seconds(),
-            peak_memory: peak_memory(),
+            peak_memory: memory::peak(),
         };
         if let (Outcome::Baked | Outcome::NotMet, Some(lock)) = (outcome, &baked.lock)
             && let Err(e) = deliver::write_note(options, &main, lock, &report)

@@ -1,14 +1,15 @@
 //! What follows the schedule: certificates are judged, files published, and what the run took is noted.
 
 use super::{
-    bake::{NodeReport, Options, Outcome, Report, Unmet},
     error::EngineError,
     events::Event,
     hash::Digest,
     node::PortSpec,
+    options::Options,
     plan::{Bundle, File, OutputRef, Plan, Publish},
     publish::{self, Folder, FolderLock, Manifest, NOTE, Publication, Wanted, guard::Guard, is_read_only, names},
     record::{BakeRecord, Measured, PublishedFile},
+    report::{NodeReport, Outcome, Report, Unmet},
     require,
     schedule::Schedule,
 };

@@ -5,7 +5,7 @@
 
 use super::{
     hash::Digest,
-    plan::{Axis, PlanNode, Relation},
+    plan::{Axis, OutputRef, Plan, PlanNode, Relation},
     value::{JOIN, Row, ValueRef, list_hash, shown},
 };
 use std::{
@@ -123,6 +123,19 @@ pub fn gathered(node: &PlanNode, port: usize) -> Vec<Axis> {
         return Vec::new();
     }
     if input.via.is_some() && input.gathered.is_empty() { input.axes.clone() } else { input.gathered.clone() }
+}
+
+/// The list that made the axes below which port `port` of node `n` gathers.
+pub fn outer(plan: &Plan, n: usize, port: usize) -> Option<OutputRef> {
+    let node = &plan.nodes[n];
+    let kept = kept(node, port);
+    let last = *kept.last()?;
+    if gathered(node, port).is_empty() {
+        return None;
+    }
+    let mut axes = plan.nodes[last.node.0 as usize].axes.clone();
+    axes.push(last);
+    (axes == kept).then_some(last)
 }
 
 /// How the inputs' axes meet the node's: part of a whole map's key.

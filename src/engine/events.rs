@@ -1,6 +1,6 @@
 //! What a bake tells while it works. How it is shown is the command line's matter.
 
-use super::{bake::Outcome, schedule::Audit};
+use super::report::{Audit, Outcome};
 
 /// Something that the user may want to see.
 #[derive(Clone, Debug)]

@@ -64,6 +64,11 @@ fn number(file: &Path) -> Option<u64> {
     (value > 0 && value < 1 << 62).then_some(value)
 }
 
+/// Highest resident memory of this process so far, in bytes.
+pub fn peak() -> Option<u64> {
+    proc_kib("/proc/self/status", "VmHWM:")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

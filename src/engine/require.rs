@@ -1,9 +1,9 @@
 //! `[require]`: bounds on numbers in a certificate.
 
 use super::{
-    bake::Unmet,
     plan::{File, NodeId, Plan, Requirement},
     publish::names,
+    report::Unmet,
     value::{join, shown},
 };
 use serde_json::Value;

@@ -3,12 +3,14 @@
 
 use super::{
     attempt::folder_key,
-    bake::{Options, unknown},
+    bake::unknown,
     cache::{BakesOnRecord, Cache, Fields},
     error::EngineError,
     hash::Digest,
+    inputs,
     key::source_params,
     node::Arity,
+    options::Options,
     plan::{OutputRef, Plan},
     record::{BakeRecord, MapRecord, NodeTrace, RunRecord},
     value::{JOIN, PortOut, shown},
@@ -176,26 +178,12 @@ impl Teller<'_> {
         if !causes.is_empty() {
             return Ok(format!("{head}: {}", causes.join(", ")));
         }
-        let inputs = &self.plan.nodes[n].inputs;
-        // A whole map also lists relations and outer lists behind its ports.
-        let mut sources: Vec<(String, OutputRef)> = Vec::new();
-        for (port, input) in self.plan.nodes[n].kind.spec().inputs.iter().zip(inputs) {
-            let i = sources.len();
-            let from = input.from.unwrap_or(OutputRef { node: super::plan::NodeId(n as u32), port: 0 });
-            debug_assert!(i < inputs.len());
-            sources.push((format!("input `{}`", port.name), from));
-        }
-        for (port, input) in self.plan.nodes[n].kind.spec().inputs.iter().zip(inputs) {
-            sources.extend(input.via.map(|via| (format!("the relation of input `{}`", port.name), via)));
-        }
-        for (i, (what, from)) in sources.iter().enumerate() {
-            let differs = made.inputs.get(i) != old.inputs.get(i);
+        for (i, input) in inputs::of_key(self.plan, n).into_iter().enumerate() {
+            let Some(from) = input.from.filter(|_| made.inputs.get(i) != old.inputs.get(i)) else { continue };
+            let elements = self.elements(from, at)?;
             let p = from.node.0 as usize;
-            if differs && p != n {
-                let elements = self.elements(*from, at)?;
-                let above = if depth < self.plan.nodes.len() { self.chain(p, at, depth + 1)? } else { String::new() };
-                return Ok(format!("{head}: {what} changed{elements} ← {above}"));
-            }
+            let above = if depth < self.plan.nodes.len() { self.chain(p, at, depth + 1)? } else { String::new() };
+            return Ok(format!("{head}: {} changed{elements} ← {above}", input.describe(self.plan, n)));
         }
         Ok(format!("{head}: which elements it takes changed"))
     }

@@ -1,6 +1,6 @@
 //! The interface that the CPU and the GPU back end share.
 
-use super::{Prepared, TileFragments, nearest::Samples};
+use super::{Prepared, TileFragments, samples::Samples};
 use crate::math::{Stop, Stopped};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};

@@ -4,7 +4,7 @@
 
 use super::{
     Field, VoxelMesh,
-    cover_mesh::{Emitted, Quad, Sites},
+    sites::{Emitted, Quad, Sites},
 };
 use crate::math::{Stop, Stopped};
 

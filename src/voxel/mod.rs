@@ -13,6 +13,7 @@ pub mod near;
 pub mod overlap;
 pub mod reproject;
 pub mod resample;
+mod sites;
 pub mod slicing;
 #[cfg(test)]
 pub mod testing;

@@ -1,8 +1,8 @@
 //! One JSON object per line: `event` names it, the other members are its fields.
 
 use crate::engine::{
-    bake::Outcome,
     events::{Event, Events},
+    report::Outcome,
 };
 use serde_json::{Value, json};
 use std::io::Write;

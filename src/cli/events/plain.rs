@@ -7,7 +7,7 @@ use crate::{
     },
     engine::{
         events::{Event, Events},
-        schedule::Audit,
+        report::Audit,
     },
 };
 use std::{

@@ -1,7 +1,7 @@
 //! Which folders are caches of ours. `--cache` may name any folder, and a sweep deletes files, so a folder is taken only
 //! if it is new, empty, or bears our marker. A cache from before there were markers is known by its index.
 
-use super::index;
+use super::layout;
 use crate::engine::{error::EngineError, temporary};
 use std::{
     fs, io,
@@ -53,8 +53,8 @@ pub fn check(root: &Path) -> Result<Found, EngineError> {
         return no_links(root).map(|()| Found::Marked);
     }
     let strange: Vec<&String> =
-        names.iter().filter(|n| !INNER.contains(&n.as_str()) && !index::is_file_name(n)).collect();
-    if strange.is_empty() && index::is_known(root) {
+        names.iter().filter(|n| !INNER.contains(&n.as_str()) && !layout::is_file_name(n)).collect();
+    if strange.is_empty() && layout::is_known(root) {
         return no_links(root).map(|()| Found::Unmarked);
     }
     let strange = if strange.is_empty() { names.iter().collect() } else { strange };

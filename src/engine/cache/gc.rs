@@ -6,7 +6,7 @@
 use super::{
     PROTECTED, blob_of, digest,
     index::{self, Index},
-    lock, nanoseconds, number,
+    layout, lock, nanoseconds, number,
 };
 use crate::engine::{
     cache::blob::Blobs,
@@ -323,7 +323,7 @@ fn files(cache: &Path, spared_from: SystemTime, kept: impl Fn(&Digest) -> bool) 
     let folders: [(&str, fn(&str) -> bool); 3] = [
         ("tmp", temporary::is_name),
         ("bad", Blobs::is_aside),
-        (".", |name| index::is_leftover(name) || temporary::is_name(name)),
+        (".", |name| layout::is_leftover(name) || temporary::is_name(name)),
     ];
     for (folder, is_ours) in folders {
         let folder = cache.join(folder);

@@ -1,7 +1,11 @@
 //! The index: SQLite, shared between processes. It is never synced to the disk, because losing it costs recomputation
 //! and every record in it carries a checksum. Where the cache cannot be written, the index is only read.
 
-use super::{folder, lock::Lock};
+use super::{
+    folder,
+    layout::{FILE, MADE, path, uri},
+    lock::Lock,
+};
 use crate::engine::error::EngineError;
 use rusqlite::{Connection, ErrorCode, MAIN_DB, OpenFlags, config::DbConfig, ffi};
 use std::{
@@ -9,12 +13,6 @@ use std::{
     path::{Path, PathBuf},
     time::Duration,
 };
-
-/// The number is that of the tables' and records' layout: another layout is another file.
-const LAYOUT: u32 = 4;
-const FILE: &str = "index-4.sqlite";
-/// Stands in the file once its tables are made.
-const MADE: i64 = 1;
 
 /// Tables whose rows may be large have a rowid: without one a search compares whole rows, and a list of 100,000 outputs
 /// on its path is read each time. Compared with what the file says, byte by byte.
@@ -26,30 +24,6 @@ const TABLES: [&str; 6] = [
     "CREATE TABLE file(path TEXT PRIMARY KEY, record BLOB, at INTEGER) WITHOUT ROWID",
     "CREATE TABLE bake(id INTEGER PRIMARY KEY, pipeline TEXT, folder TEXT, record BLOB)",
 ];
-const NAMES: &str = "bake,file,fixed,map,run,value";
-
-pub fn path(cache: &Path) -> PathBuf {
-    cache.join(FILE)
-}
-
-/// The layout number of a file of an index, this one's, an older one's, or one that was set aside.
-fn layout_of(file_name: &str) -> Option<(u32, &str)> {
-    let (number, rest) = file_name.strip_prefix("index-")?.split_once(".sqlite")?;
-    let known = ["", "-wal", "-shm", "-journal", ".damaged", ".damaged-wal", ".damaged-shm"].contains(&rest);
-    (known && number.len() < 4).then_some(())?;
-    Some((number.parse().ok()?, rest))
-}
-
-/// Whether a cache's folder may hold a file of this name, the index and what belongs to it.
-pub fn is_file_name(name: &str) -> bool {
-    layout_of(name).is_some() || name == "index.lock"
-}
-
-/// Whether a file of this name is of no use any more: an index that was set aside, or one of an older layout.
-pub fn is_leftover(name: &str) -> bool {
-    layout_of(name).is_some_and(|(layout, rest)| layout < LAYOUT || rest.starts_with(".damaged"))
-}
-
 /// An open index.
 pub struct Index {
     db: Connection,
@@ -253,24 +227,6 @@ fn to_read(path: &Path, why: &str) -> rusqlite::Result<Index> {
     open("mode=ro").or_else(|_| open("immutable=1"))
 }
 
-/// A path as SQLite takes it with options.
-fn uri(path: &Path) -> String {
-    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-    let mut out = "file://".to_owned();
-    let bytes = path.as_os_str().as_encoded_bytes();
-    if !bytes.starts_with(b"/") {
-        out.push('/');
-    }
-    for b in bytes {
-        match b {
-            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'/' | b'.' | b'_' | b'-' | b':' => out.push(char::from(*b)),
-            b'\\' if cfg!(windows) => out.push('/'),
-            _ => out += &format!("%{b:02X}"),
-        }
-    }
-    out
-}
-
 /// The lock under which an index is made or set aside.
 fn lock(cache: &Path) -> io::Result<Lock> {
     loop {
@@ -293,21 +249,6 @@ pub fn empty(cache: &Path) -> Result<Index, EngineError> {
     let db = Connection::open_in_memory().map_err(sql)?;
     db.execute_batch(&TABLES.join("; ")).map_err(sql)?;
     Ok(Index { db, path: None, read_only: None })
-}
-
-/// Whether a folder without a marker holds an index of ours, of this layout or the one before.
-pub fn is_known(cache: &Path) -> bool {
-    let known = |layout: u32| -> rusqlite::Result<bool> {
-        let path = cache.join(format!("index-{layout}.sqlite"));
-        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI;
-        let db = Connection::open_with_flags(format!("{}?immutable=1", uri(&path)), flags)?;
-        let version: i64 = db.query_row("PRAGMA user_version", [], |r| r.get(0))?;
-        let query = "SELECT group_concat(name) FROM (SELECT name FROM sqlite_schema WHERE type = 'table' \
-                     AND name NOT LIKE 'sqlite_%' ORDER BY name)";
-        let names: String = db.query_row(query, [], |r| r.get(0))?;
-        Ok(version == MADE && names == NAMES)
-    };
-    [LAYOUT, LAYOUT - 1].into_iter().any(|layout| matches!(known(layout), Ok(true)))
 }
 
 /// What is wrong with the structure of an index, by SQLite's full check.

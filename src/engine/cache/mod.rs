@@ -10,6 +10,7 @@ pub mod files;
 mod folder;
 mod gc;
 pub(super) mod index;
+mod layout;
 pub mod lock;
 #[cfg(test)]
 mod tests;

@@ -86,7 +86,7 @@ fn fill(root: &Path) -> Known {
     }
     drop(cache);
     // Small pages make a small file.
-    let db = rusqlite::Connection::open(index::path(&root.join("cache"))).unwrap();
+    let db = rusqlite::Connection::open(layout::path(&root.join("cache"))).unwrap();
     db.execute_batch("PRAGMA journal_mode = DELETE; PRAGMA page_size = 512; VACUUM; PRAGMA journal_mode = WAL;")
         .unwrap();
     known
@@ -155,7 +155,7 @@ fn restore(root: &Path, bytes: &[u8]) {
     for suffix in ["", "-wal", "-shm"] {
         let _ = fs::remove_file(root.join(format!("index-4.sqlite{suffix}")));
     }
-    fs::write(index::path(root), bytes).unwrap();
+    fs::write(layout::path(root), bytes).unwrap();
 }
 
 #[test]
@@ -163,7 +163,7 @@ fn no_flipped_bit_gives_another_result_or_lasts() {
     let bits: usize = std::env::var("FARFIELD_FLIPS").ok().and_then(|n| n.parse().ok()).unwrap_or(2);
     let dir = tempfile::tempdir().unwrap();
     let known = fill(dir.path());
-    let good = fs::read(index::path(&dir.path().join("cache"))).unwrap();
+    let good = fs::read(layout::path(&dir.path().join("cache"))).unwrap();
     assert!(good.len() < 20_000, "{} bytes", good.len());
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     std::thread::scope(|s| {
@@ -195,7 +195,7 @@ fn entries_swapped_between_rows_are_damage() {
     let dir = tempfile::tempdir().unwrap();
     let known = fill(dir.path());
     let root = dir.path().join("cache");
-    let good = fs::read(index::path(&root)).unwrap();
+    let good = fs::read(layout::path(&root)).unwrap();
     for (table, key, column) in [
         ("run", "key", "record"),
         ("map", "key", "record"),
@@ -205,7 +205,7 @@ fn entries_swapped_between_rows_are_damage() {
         ("bake", "id", "record"),
     ] {
         restore(&root, &good);
-        let db = rusqlite::Connection::open(index::path(&root)).unwrap();
+        let db = rusqlite::Connection::open(layout::path(&root)).unwrap();
         let other = format!("(SELECT b.{column} FROM {table} b WHERE b.{key} <> {table}.{key})");
         assert_eq!(db.execute(&format!("UPDATE {table} SET {column} = {other}"), []).unwrap(), 2);
         drop(db);
@@ -220,7 +220,7 @@ fn values_of_another_type_are_damage() {
     let dir = tempfile::tempdir().unwrap();
     let known = fill(dir.path());
     let root = dir.path().join("cache");
-    let good = fs::read(index::path(&root)).unwrap();
+    let good = fs::read(layout::path(&root)).unwrap();
     for (table, columns) in [
         ("run", &["variant", "record", "used"][..]),
         ("map", &["record", "used"]),
@@ -232,7 +232,7 @@ fn values_of_another_type_are_damage() {
         for column in columns {
             for value in ["NULL", "7", "1.5", "'text'", "x''", "x'00'"] {
                 restore(&root, &good);
-                let db = rusqlite::Connection::open(index::path(&root)).unwrap();
+                let db = rusqlite::Connection::open(layout::path(&root)).unwrap();
                 db.execute(&format!("UPDATE {table} SET {column} = {value}"), []).unwrap();
                 drop(db);
                 let what = format!("{table}.{column} = {value}");

@@ -6,7 +6,7 @@ use super::{
     files::Remembered,
     gc::values_of,
     index::{self, Index},
-    number,
+    layout, number,
 };
 use crate::{
     engine::{
@@ -71,7 +71,7 @@ pub fn stats(cache: &Path) -> Result<Option<Stats>, EngineError> {
             bytes: count("SELECT ifnull(sum(size), 0) FROM value")?,
             inline_values: count("SELECT count(*) FROM value WHERE data IS NOT NULL")?,
             inline_bytes: count("SELECT ifnull(sum(size), 0) FROM value WHERE data IS NOT NULL")?,
-            index_bytes: fs::metadata(index::path(cache)).map_or(0, |m| m.len()),
+            index_bytes: fs::metadata(layout::path(cache)).map_or(0, |m| m.len()),
             bakes: count("SELECT count(*) FROM bake")?,
             read_only: db.read_only.clone(),
         })

@@ -8,9 +8,9 @@ use super::{
     link::{Links, Output},
     problem::Problem,
     source::Place,
-    suggest,
 };
 use crate::engine::node::Arity;
+use crate::engine::suggest;
 
 /// What is known of a node's axes.
 #[derive(Clone, Default)]

@@ -5,27 +5,17 @@
 //! requirement removes the base's.
 
 use super::{
+    item::{Item, Items, references, valid_name, what},
     problem::Problem,
     read::{Argument, Layer},
     source::Place,
-    suggest,
 };
+use crate::engine::suggest;
 use std::collections::BTreeMap;
 use toml::{
     Spanned,
     de::{DeTable, DeValue},
 };
-
-/// A value with its place and that of its key.
-#[derive(Clone, Copy)]
-pub struct Item<'s> {
-    pub key: Place,
-    pub value: &'s DeValue<'s>,
-    pub place: Place,
-}
-
-/// Items by name; within the pipeline names are few or looked up once.
-pub type Items<'s> = BTreeMap<&'s str, Item<'s>>;
 
 /// A node as the layers together write it.
 pub struct DraftNode<'s> {
@@ -88,19 +78,6 @@ pub fn merge<'s>(layers: &'s [Layer<'s>], problems: &mut Vec<Problem>) -> Draft<
 
 fn item<'s>(source: u32, key: &Spanned<std::borrow::Cow<'s, str>>, value: &'s Spanned<DeValue<'s>>) -> Item<'s> {
     Item { key: Place::new(source, key.span()), value: value.get_ref(), place: Place::new(source, value.span()) }
-}
-
-/// What a value is, for messages.
-pub fn what(value: &DeValue) -> &'static str {
-    match value {
-        DeValue::String(_) => "text",
-        DeValue::Integer(_) => "a whole number",
-        DeValue::Float(_) => "a decimal number",
-        DeValue::Boolean(_) => "true or false",
-        DeValue::Datetime(_) => "a date",
-        DeValue::Array(_) => "a list",
-        DeValue::Table(_) => "a table",
-    }
 }
 
 /// The table that `item` must be.
@@ -242,11 +219,6 @@ impl<'s> DraftNode<'s> {
     }
 }
 
-/// Names of nodes, knobs and pipelines: at most 128 letters, digits, `-` and `_`.
-pub fn valid_name(name: &str) -> bool {
-    (1..=128).contains(&name.len()) && name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'-' || b == b'_')
-}
-
 fn require<'s>(draft: &mut Draft<'s>, section: Item<'s>, rank: usize, problems: &mut Vec<Problem>) {
     for (node, item) in entries(section, "require.NODE", "\"path\" = { max = 0 }", problems) {
         if rank > 0 && item.value.as_bool() == Some(false) {
@@ -308,16 +280,6 @@ pub fn apply<'s>(
             },
             _ => {}
         }
-    }
-}
-
-/// The knobs that a value refers to.
-pub fn references<'s>(value: &'s DeValue<'s>, found: &mut Vec<&'s str>) {
-    match value {
-        DeValue::String(s) => found.extend(super::value::reference(s)),
-        DeValue::Array(items) => items.iter().for_each(|item| references(item.get_ref(), found)),
-        DeValue::Table(table) => table.values().for_each(|item| references(item.get_ref(), found)),
-        _ => {}
     }
 }
 

@@ -1,18 +1,21 @@
 //! The kind and the method that each node says, and the keys that they have.
 
 use super::{
-    draft::{Draft, DraftNode, Item, what},
-    link::OWN_KEYS,
+    draft::{Draft, DraftNode},
+    item::{Item, what},
     problem::Problem,
-    suggest,
     types::{self, Ty},
 };
 use crate::engine::{
     node::{Kind, PortSpec},
     registry::{About, Registry, Unknown},
+    suggest,
 };
 use serde_json::Value;
 use std::{collections::BTreeMap, rc::Rc, sync::Arc};
+
+/// Keys of a node that no kind may use as the name of a port or parameter.
+pub const OWN_KEYS: [&str; 6] = ["kind", "method", "pipeline", "join", "cross", "per"];
 
 /// A kind with its ports and parameters by name.
 pub struct KindInfo {

@@ -2,9 +2,10 @@
 //! an output of the right type.
 
 use super::{
-    draft::{Draft, DraftNode, Item, what},
+    draft::{Draft, DraftNode},
+    item::{Item, what},
     judge,
-    kind::{KindInfo, Kinds},
+    kind::{KindInfo, Kinds, OWN_KEYS},
     problem::Problem,
     source::Place,
     types::Ty,
@@ -17,9 +18,6 @@ use crate::engine::{
 use serde_json::{Map, Value};
 use std::rc::Rc;
 use toml::de::DeValue;
-
-/// Keys of a node that no kind may use as the name of a port or parameter.
-pub const OWN_KEYS: [&str; 6] = ["kind", "method", "pipeline", "join", "cross", "per"];
 
 /// An output as the draft numbers nodes: those of `Links::nodes`.
 pub type Output = (usize, u32);

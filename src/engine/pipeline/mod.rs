@@ -7,6 +7,7 @@
 
 mod axes;
 mod draft;
+mod item;
 mod judge;
 mod kind;
 mod link;
@@ -20,8 +21,9 @@ mod source;
 mod types;
 mod value;
 
-pub use draft::valid_name;
-pub use link::OWN_KEYS;
+pub use super::suggest::{did_you_mean, elide, list as name_list, nearest};
+pub use item::valid_name;
+pub use kind::OWN_KEYS;
 pub use problem::{Problem, Problems};
 pub use read::Stock;
 pub use source::{Place, Source, Sources};
@@ -40,7 +42,6 @@ use std::{
     path::{Path, PathBuf},
     sync::Arc,
 };
-pub use suggest::{did_you_mean, elide, list as name_list, nearest};
 use value::Values;
 
 /// What to load.

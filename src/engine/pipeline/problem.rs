@@ -1,10 +1,8 @@
 //! What is wrong with a pipeline: all of it at once, each with its place, what was found there, what was expected and
 //! the nearest valid name.
 
-use super::{
-    source::{Place, Sources},
-    suggest::elide,
-};
+use super::source::{Place, Sources};
+use crate::engine::suggest::elide;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
 use std::{fmt, sync::Arc};
 

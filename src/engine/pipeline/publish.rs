@@ -2,7 +2,8 @@
 
 use super::{
     axes::{self, NodeAxes},
-    draft::{Draft, Item, what},
+    draft::Draft,
+    item::{Item, what},
     link::{Links, Output},
     problem::Problem,
     source::Place,
@@ -29,7 +30,7 @@ fn output(section: &str, item: Item, links: &Links, problems: &mut Vec<Problem>)
 /// `[outputs]`: every entry names an output.
 pub fn outputs(draft: &Draft, links: &Links, problems: &mut Vec<Problem>) {
     for (name, item) in &draft.outputs {
-        if !super::draft::valid_name(name) {
+        if !super::item::valid_name(name) {
             let message = format!("`{name}` is no name for an output");
             problems.push(Problem::at(item.key, message, "not a name").help("letters, digits, `-` and `_`"));
         }

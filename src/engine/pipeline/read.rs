@@ -3,8 +3,8 @@
 use super::{
     problem::Problem,
     source::{Place, Source, Sources},
-    suggest,
 };
+use crate::engine::suggest;
 use std::{
     io::Read,
     path::{Path, PathBuf},

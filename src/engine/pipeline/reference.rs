@@ -1,13 +1,14 @@
 //! References: what feeds a port, and what a section names, by "node" or "node.output".
 
 use super::{
-    draft::{self, Item, what},
+    draft,
+    item::{Item, what},
     link::{Input, Links, Output},
     problem::Problem,
     source::Place,
-    suggest,
 };
 use crate::engine::node::{Arity, PortSpec};
+use crate::engine::suggest;
 use toml::de::DeValue;
 
 impl<'s> Links<'s> {

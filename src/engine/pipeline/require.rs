@@ -1,15 +1,16 @@
 //! `[require]` and `--require`: bounds on the numbers in certificates, all judged before anything runs.
 
 use super::{
-    draft::{Draft, Item, no_node, what},
+    draft::{Draft, no_node},
+    item::{Item, what},
     link::{Links, Output},
     problem::Problem,
     source::{Place, Sources},
-    suggest,
     types::Ty,
     value::Values,
 };
 use crate::engine::node::Measure;
+use crate::engine::suggest;
 use toml::de::DeValue;
 
 const FORM: &str = "a bound is { min = … }, { max = … }, both, or a number that must be met exactly";

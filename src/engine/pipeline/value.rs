@@ -1,13 +1,12 @@
 //! TOML values against the types of parameters.
 
 use super::{
-    draft::{Item, Items, valid_name, what},
+    item::{Item, Items, reference, references, valid_name, what},
     problem::Problem,
     source::{Place, Sources},
-    suggest,
     types::Ty,
 };
-use crate::regular;
+use crate::{engine::suggest, regular};
 use serde_json::{Map, Number, Value};
 use std::{cell::RefCell, collections::BTreeSet, path::Path};
 use toml::{
@@ -35,11 +34,6 @@ struct Found<'s> {
     name: &'s str,
 }
 
-/// The name in exactly `{name}`.
-pub fn reference(text: &str) -> Option<&str> {
-    text.strip_prefix('{')?.strip_suffix('}').filter(|name| !name.contains(['{', '}']))
-}
-
 pub fn integer(i: &DeInteger) -> Option<i128> {
     let digits = i.as_str().trim_start_matches('+');
     i128::from_str_radix(digits, i.radix()).ok()
@@ -64,7 +58,7 @@ impl<'s> Values<'s> {
     /// A value that nothing takes, although it may be meant: the knobs that it refers to count as used.
     pub fn pass_over(&self, value: &'s DeValue<'s>) {
         let mut knobs = Vec::new();
-        super::draft::references(value, &mut knobs);
+        references(value, &mut knobs);
         self.used.borrow_mut().extend(knobs);
     }
 

@@ -4,22 +4,10 @@ use crate::engine::{
     cache::{Cache, NewValue, Stored},
     error::EngineError,
     hash::Digest,
+    report::Audit,
     value::{PortOut, ValueRef},
 };
 use std::collections::BTreeMap;
-
-/// The result of an audit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Audit {
-    /// Hits that were computed again.
-    pub runs: u64,
-    /// Of these, those that gave other bytes.
-    pub different_runs: u64,
-    /// Bytes of the outputs that were compared.
-    pub bytes: u64,
-    /// Of these, bytes that differ, and bytes that only one of the two results has.
-    pub different_bytes: u64,
-}
 
 impl Audit {
     /// Compares the outputs that the cache holds with those of the run, whose values are `made`.

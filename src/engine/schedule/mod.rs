@@ -13,12 +13,10 @@ mod settle;
 mod start;
 mod task;
 
-pub use audit::Audit;
 pub use pool::Pool;
 pub use task::panic_text;
 
 use super::{
-    bake::{Failure, Forecast, Options},
     cache::{Cache, lock::KeyLock},
     elements::{Binding, Rows},
     error::EngineError,
@@ -26,9 +24,11 @@ use super::{
     hash::Digest,
     key::SourceKey,
     node::Data,
+    options::Options,
     plan::{Axis, OutputRef, Plan},
     profile::Profile,
     record::BakeRecord,
+    report::{Audit, Failure, Forecast},
     source::Root,
     value::{PortOut, shown},
 };

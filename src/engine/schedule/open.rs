@@ -3,14 +3,14 @@
 
 use super::{Broken, Cause, Forecast, NodeState, Output, Run, RunId, Schedule, State, Trust, Waiter, read::tables};
 use crate::engine::{
-    bake::Failure,
     elements::{self, Binding, Feed, Taken, Via},
     error::EngineError,
     events::Event,
     hash::Digest,
-    key,
+    inputs, key,
     plan::{OutputRef, Relation},
     record::{NodeTrace, RunRecord},
+    report::Failure,
     source,
     value::shown,
 };
@@ -45,16 +45,8 @@ impl Schedule<'_> {
         }
         let state = &self.nodes[n];
         let fixed = key::fixed(share, node.params.json(), &state.source_keys);
-        let mut inputs: Vec<Option<Digest>> =
-            node.inputs.iter().map(|input| input.from.map(|from| self.output(from).hash)).collect();
+        let inputs = inputs::of_key(self.plan, n).iter().map(|i| Some(self.output(i.from?).hash)).collect::<Vec<_>>();
         let mapped = !node.axes.is_empty();
-        if mapped {
-            // What decides which elements there are, and which of them a gather takes.
-            for (i, input) in node.inputs.iter().enumerate() {
-                inputs.extend(input.via.map(|via| Some(self.output(via).hash)));
-                inputs.extend(self.outer(n, i).map(|outer| Some(self.output(outer).hash)));
-            }
-        }
         let state = &mut self.nodes[n];
         state.fixed = fixed;
         state.key =
@@ -282,7 +274,7 @@ impl Schedule<'_> {
                 },
                 None => None,
             };
-            let outer = match self.outer(n, i) {
+            let outer = match elements::outer(self.plan, n, i) {
                 Some(outer) => Some(self.rows(outer)?),
                 None => None,
             };
@@ -290,19 +282,6 @@ impl Schedule<'_> {
         }
         self.nodes[n].binding = Some(Binding::new(node, feeds));
         Ok(true)
-    }
-
-    /// The list that made the axes below which port `i` of node `n` gathers.
-    fn outer(&self, n: usize, i: usize) -> Option<OutputRef> {
-        let node = &self.plan.nodes[n];
-        let kept = elements::kept(node, i);
-        let last = *kept.last()?;
-        if elements::gathered(node, i).is_empty() {
-            return None;
-        }
-        let mut axes = self.plan.nodes[last.node.0 as usize].axes.clone();
-        axes.push(last);
-        (axes == kept).then_some(last)
     }
 
     fn via(&mut self, n: usize, port: usize, from: OutputRef) -> Result<Option<Via>, EngineError> {

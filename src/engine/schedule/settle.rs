@@ -2,13 +2,13 @@
 
 use super::{Broken, Cause, Forecast, NodeState, RunId, Schedule, State, Waiter, read::tables, task};
 use crate::engine::{
-    bake::Failure,
     error::EngineError,
     events::Event,
     hash::Digest,
     key::{self, SourceKey},
     plan::OutputRef,
     record::{MapRecord, MapRow, NodeTrace, RunRecord, TraceOut},
+    report::Failure,
     source,
     value::{JOIN, shown},
 };

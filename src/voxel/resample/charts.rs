@@ -8,14 +8,12 @@
 //! Always: each face is in exactly one chart; no two faces of a chart own the same texel; faces whose texels touch
 //! either share a vertex or are neighbours in space too, so that filtering mixes only colours that belong together.
 
-use super::grid::{Grid, signed_distance};
+use super::grid::{Grid, REACH, signed_distance};
 use super::place::Space;
 use crate::math::{Stop, Stopped};
 use glam::{DVec2, DVec3};
 use std::collections::VecDeque;
 
-/// Texels farther than this from a face are never read when it is filtered bilinearly.
-pub const REACH: f64 = 1.5;
 /// A face joins a chart whose left out axis makes at least this cosine with its normal.
 const JOIN: f64 = 0.4;
 /// A face begins a chart that looks at the cell where the layer axis makes this cosine with its normal.

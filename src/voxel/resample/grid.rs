@@ -5,6 +5,9 @@
 
 use glam::DVec2;
 
+/// Texels farther than this from a face are never read when it is filtered bilinearly.
+pub const REACH: f64 = 1.5;
+
 /// A texel's column and row.
 pub type Texel = [i32; 2];
 
@@ -93,7 +96,7 @@ impl Grid {
         let (low, high) = corners(t);
         let (low, high) = self.bounds.map_or((low, high), |(a, b)| (low.min(a), high.max(b)));
         self.bounds = Some((low, high));
-        let (mut a, mut b) = texels(low, high, super::charts::REACH);
+        let (mut a, mut b) = texels(low, high, REACH);
         let end = self.end();
         if !self.cells.is_empty() {
             // By halves, on the sides that grow, so that all growing together costs no more than a few copies.
