@@ -38,7 +38,7 @@ fn normals_face_the_camera_and_backs_are_left_out() {
     let without = take(&scene, 3, false);
     let filled =
         |c: &Capture| c.layers[1..].iter().map(|l| l.depth.iter().filter(|d| d.is_finite()).count()).sum::<usize>();
-    assert!(filled(&with) > 2 * filled(&without), "{} {}", filled(&with), filled(&without));
+    assert!(filled(&with) > filled(&without) + 100, "{} {}", filled(&with), filled(&without));
     for (i, n) in without.layers[0].normal.iter().enumerate().filter(|(_, n)| **n != [0; 4]) {
         let n = DVec3::new(n[0].into(), n[1].into(), n[2].into()) / 32767.0;
         assert!((n.length() - 1.0).abs() < 1e-3);

@@ -1,11 +1,15 @@
 //! How stand-ins are drawn: the CPU twins of what ships to engines, behind one interface.
 
 pub mod dmesh;
+mod open;
 mod scene;
 mod size;
+mod sprite;
 
+pub use open::{OpenError, Opened, open};
 pub use scene::Drawn as SceneStandIn;
 pub use size::Size;
+pub use sprite::SpriteStandIn;
 
 use crate::{
     image::Picture,
@@ -48,6 +52,27 @@ pub trait StandIn: Sync {
     /// no stand-in made of them can show.
     fn saw(&self, _point: DVec3) -> bool {
         true
+    }
+}
+
+impl<T: StandIn + ?Sized> StandIn for &T {
+    fn bounds(&self) -> Aabb {
+        (**self).bounds()
+    }
+    fn size(&self) -> Size {
+        (**self).size()
+    }
+    fn blends(&self) -> bool {
+        (**self).blends()
+    }
+    fn draw(&self, view: &View, how: &Rendering, context: Context) -> Result<Shot<'_>, Stopped> {
+        (**self).draw(view, how, context)
+    }
+    fn back_facing(&self, view: &View, context: Context) -> Result<u64, Stopped> {
+        (**self).back_facing(view, context)
+    }
+    fn saw(&self, point: DVec3) -> bool {
+        (**self).saw(point)
     }
 }
 

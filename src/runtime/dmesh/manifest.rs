@@ -4,7 +4,10 @@
 //! unlit and normals are those of the surface. Paths are relative to the manifest's folder.
 
 use super::{Blending, DmeshError, MAX_REFERENCES, Weights};
-use crate::view::{Projection, View};
+use crate::{
+    depth_mesh::Options,
+    view::{Projection, View},
+};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -30,6 +33,9 @@ pub struct Manifest {
     /// Backs of faces are drawn too.
     pub double_sided: bool,
     pub blending: BlendingRow,
+    /// How meshes are made for a view; null where the bundle has no depth images.
+    #[serde(default)]
+    pub view_dependent: Option<ViewDependent>,
     pub references: Vec<Row>,
     /// GLB of all references, one object each, for viewers.
     pub all: String,
@@ -49,6 +55,15 @@ pub struct BlendingRow {
     pub offset: Option<f64>,
 }
 
+/// See [`super::Frames`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ViewDependent {
+    /// Pixels.
+    pub tau: f64,
+    pub hierarchy: Options,
+}
+
 /// One reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -59,6 +74,9 @@ pub struct Row {
     pub glb: String,
     /// PNG of world-space normals, n·0.5 + 0.5; null where those of the vertices count.
     pub normals: Option<String>,
+    /// Planar depths of the camera's pixels, 32-bit floats, little-endian, row by row from the top, infinite where there is nothing.
+    #[serde(default)]
+    pub depth: Option<String>,
     pub triangles: u64,
     /// Triangle strips that the mesh was drawn with; null where they are not known.
     pub strips: Option<u64>,

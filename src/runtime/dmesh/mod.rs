@@ -17,11 +17,13 @@ mod blend;
 mod draw;
 mod error;
 mod facet;
+mod frames;
 mod manifest;
 mod model;
 mod read;
 mod reference;
 mod shaders;
+mod stand_in;
 mod weight;
 mod write;
 
@@ -30,9 +32,12 @@ pub(crate) mod tests;
 
 pub use draw::{Blending, Drawn};
 pub use error::DmeshError;
+pub use frames::{Frames, Meshes};
+pub use manifest::FORMAT;
 pub use model::Model;
 pub use read::{Bundle, read};
 pub use reference::{Dmesh, MAX_REFERENCES, Mesh, Reference};
 pub use shaders::{SHADER, SHADERS, ShaderFile};
+pub use stand_in::{Static, ViewDependent};
 pub use weight::{Selected, Weights, angular_weight, distance_weight, select};
 pub use write::{BundleFile, manifest, write};

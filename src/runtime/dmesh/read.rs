@@ -1,12 +1,12 @@
 //! Reading a bundle. Any bytes give a DMesh that can be drawn or an error.
 
 use super::{
-    Blending, Dmesh, DmeshError, Mesh, Reference,
+    Blending, Dmesh, DmeshError, Frames, Mesh, Reference,
     manifest::{Manifest, NAME, Row},
     write::QUALITY,
 };
 use crate::{
-    array::Bytes,
+    array::{Array, Bytes},
     formats::{Files, FormatError, Limits, from_glb, image_from_bytes, scalars_from_glb},
     scene::Image,
 };
@@ -22,6 +22,8 @@ pub struct Bundle {
     pub dmesh: Dmesh,
     /// How it is meant to be drawn.
     pub blending: Blending,
+    /// What meshes for a view are made from.
+    pub frames: Option<Frames>,
 }
 
 /// Reads the bundle whose `dmesh.json` lies in `folder`. Only what drawing needs is read: the references, not `dmesh.glb` and the shaders.
@@ -41,7 +43,28 @@ pub fn read(folder: &Path, files: &(dyn Files + Sync), limits: &Limits) -> Resul
         double_sided: manifest.double_sided,
     };
     dmesh.check()?;
-    Ok(Bundle { dmesh, blending })
+    let frames = manifest.view_dependent.as_ref().map(|how| -> Result<Frames, DmeshError> {
+        let depths = manifest.references.iter().map(|row| depth(folder, row, files));
+        Ok(Frames { tau: how.tau, options: how.hierarchy.clone(), depths: depths.collect::<Result<_, _>>()? })
+    });
+    let frames = frames.transpose()?;
+    if let Some(frames) = &frames {
+        frames.check(&dmesh)?;
+    }
+    Ok(Bundle { dmesh, blending, frames })
+}
+
+/// The depth image of a reference, of as many pixels as its camera has.
+fn depth(folder: &Path, row: &Row, files: &dyn Files) -> Result<Array<f32>, DmeshError> {
+    let bad = |what: String| DmeshError::invalid(format!("{NAME}: reference `{}`", row.name), what);
+    let name = row.depth.as_ref().ok_or_else(|| bad("no depth image, which view_dependent needs".into()))?;
+    let bytes = load(&inside(folder, name)?, files)?;
+    let bytes: &[u8] = (*bytes).as_ref();
+    let expected = u64::from(row.camera.width) * u64::from(row.camera.height) * 4;
+    if bytes.len() as u64 != expected {
+        return Err(bad(format!("`{name}` has {} bytes; expected {expected}", bytes.len())));
+    }
+    Ok(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
 }
 
 fn load(path: &Path, files: &dyn Files) -> Result<Bytes, FormatError> {

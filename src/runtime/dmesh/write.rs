@@ -1,8 +1,8 @@
 //! A DMesh as a bundle of files.
 
 use super::{
-    Blending, Dmesh, DmeshError, Mesh, Reference,
-    manifest::{ALL, BlendingRow, Camera, FORMAT, Manifest, NAME, Row, VERSION},
+    Blending, Dmesh, DmeshError, Frames, Mesh, Reference,
+    manifest::{ALL, BlendingRow, Camera, FORMAT, Manifest, NAME, Row, VERSION, ViewDependent},
     shaders::SHADERS,
 };
 use crate::{
@@ -29,16 +29,25 @@ pub(super) const QUALITY: &str = "_QUALITY";
 
 /// The files of a bundle: the manifest first, a GLB and, where there is a normal map, a PNG for each reference, a GLB of all
 /// references, the shaders. Vertices that no triangle uses are left out. `strips`: for each reference the number of triangle strips, or
-/// nothing at all where they are not known.
+/// nothing at all where they are not known. `frames`: depth images, from which meshes for a view are made.
 ///
 /// # Errors
 /// As [`Dmesh::check`].
-pub fn write(dmesh: &Dmesh, blending: &Blending, strips: &[u64]) -> Result<Vec<BundleFile>, DmeshError> {
-    let manifest = manifest(dmesh, blending, strips)?;
+pub fn write(
+    dmesh: &Dmesh,
+    blending: &Blending,
+    strips: &[u64],
+    frames: Option<&Frames>,
+) -> Result<Vec<BundleFile>, DmeshError> {
+    let manifest = manifest(dmesh, blending, strips, frames)?;
     let mut files = vec![BundleFile { path: NAME.into(), media: "application/json", bytes: manifest.into_bytes() }];
     let own = dmesh.references.par_iter().map(|r| of_reference(r, dmesh.double_sided));
     for own in own.collect::<Result<Vec<_>, _>>()? {
         files.extend(own);
+    }
+    for (reference, depths) in dmesh.references.iter().zip(frames.iter().flat_map(|f| &f.depths)) {
+        let bytes = depths.iter().flat_map(|z| z.to_le_bytes()).collect();
+        files.push(BundleFile { path: depth(&reference.name), media: "application/octet-stream", bytes });
     }
     let objects = dmesh.references.iter().map(|r| object(r, &r.mesh, dmesh.double_sided));
     let mut all = Scene { objects: objects.collect() };
@@ -53,8 +62,16 @@ pub fn write(dmesh: &Dmesh, blending: &Blending, strips: &[u64]) -> Result<Vec<B
 ///
 /// # Errors
 /// As [`Dmesh::check`].
-pub fn manifest(dmesh: &Dmesh, blending: &Blending, strips: &[u64]) -> Result<String, DmeshError> {
+pub fn manifest(
+    dmesh: &Dmesh,
+    blending: &Blending,
+    strips: &[u64],
+    frames: Option<&Frames>,
+) -> Result<String, DmeshError> {
     dmesh.check()?;
+    if let Some(frames) = frames {
+        frames.check(dmesh)?;
+    }
     if !strips.is_empty() && strips.len() != dmesh.references.len() {
         let what = format!("{} numbers of strips for {} references", strips.len(), dmesh.references.len());
         return Err(DmeshError::invalid("dmesh", what));
@@ -68,6 +85,7 @@ pub fn manifest(dmesh: &Dmesh, blending: &Blending, strips: &[u64]) -> Result<St
         camera: Camera::of(&r.view),
         glb: glb(&r.name),
         normals: r.normal_map.as_ref().map(|_| normals(&r.name)),
+        depth: frames.map(|_| depth(&r.name)),
         triangles: r.mesh.triangles.len() as u64,
         strips: strips.get(i).copied(),
     };
@@ -78,6 +96,7 @@ pub fn manifest(dmesh: &Dmesh, blending: &Blending, strips: &[u64]) -> Result<St
         diagonal: dmesh.diagonal,
         double_sided: dmesh.double_sided,
         blending: BlendingRow::of(blending),
+        view_dependent: frames.map(|f| ViewDependent { tau: f.tau, hierarchy: f.options.clone() }),
         references: dmesh.references.iter().enumerate().map(row).collect(),
         all: ALL.into(),
         shaders,
@@ -93,6 +112,10 @@ fn glb(name: &str) -> String {
 
 fn normals(name: &str) -> String {
     format!("references/{name}-normals.png")
+}
+
+fn depth(name: &str) -> String {
+    format!("references/{name}-depth.f32")
 }
 
 fn of_reference(reference: &Reference, double_sided: bool) -> Result<Vec<BundleFile>, DmeshError> {

@@ -46,7 +46,7 @@ fn small() -> &'static (Dmesh, Vec<BundleFile>) {
         dmesh.references[1].normal_map = None;
         dmesh.references[2].mesh = Default::default();
         let blending = Blending { weights: Weights::Angular, quality: false, offset: Some(0.125) };
-        let files = write(&dmesh, &blending, &[4, 5, 0]).unwrap();
+        let files = write(&dmesh, &blending, &[4, 5, 0], None).unwrap();
         (dmesh, files)
     })
 }
@@ -62,7 +62,7 @@ fn a_bundle_comes_back_as_it_was() {
     assert!(a.depth.iter().any(|z| z.is_finite()));
     assert_eq!(a, b);
     // What was read is written as the same bytes, but for the picture of the reference without a mesh, which nothing needs.
-    let again = write(&bundle.dmesh, &bundle.blending, &[4, 5, 0]).unwrap();
+    let again = write(&bundle.dmesh, &bundle.blending, &[4, 5, 0], None).unwrap();
     assert_eq!(&again, files);
     for (a, b) in dmesh.references.iter().zip(&bundle.dmesh.references) {
         assert_eq!((&a.name, &a.view, a.mesh.triangles.len()), (&b.name, &b.view, b.mesh.triangles.len()));
@@ -72,7 +72,7 @@ fn a_bundle_comes_back_as_it_was() {
 #[test]
 fn the_manifest_says_what_there_is() {
     let (dmesh, files) = small();
-    let text = manifest(dmesh, &Blending::default(), &[]).unwrap();
+    let text = manifest(dmesh, &Blending::default(), &[], None).unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!((&json["format"], &json["version"]), (&"farfield dmesh".into(), &1.into()));
     assert_eq!(json["references"][0]["strips"], serde_json::Value::Null);
@@ -85,7 +85,7 @@ fn the_manifest_says_what_there_is() {
     let shaders = json["shaders"].as_object().unwrap();
     assert_eq!(shaders.len(), 5);
     assert!(shaders.values().flat_map(|s| s.as_array().unwrap()).all(named));
-    assert!(manifest(dmesh, &Blending::default(), &[1]).is_err());
+    assert!(manifest(dmesh, &Blending::default(), &[1], None).is_err());
 }
 
 /// Viewers know positions, normals, coordinates and textures; the quality must not tint the colour.
@@ -176,7 +176,7 @@ fn only_used_vertices_are_written() {
     mesh.triangles = vec![[1, 2, 3]].into();
     reference.mesh = Arc::new(mesh);
     let dmesh = Dmesh { references: vec![reference], epsilon: 0.0, diagonal: 1.0, double_sided: true };
-    let files = write(&dmesh, &Blending::default(), &[]).unwrap();
+    let files = write(&dmesh, &Blending::default(), &[], None).unwrap();
     let read = open(&Memory::of(&files)).unwrap().dmesh;
     assert!(read.double_sided);
     let (a, b) = (&dmesh.references[0].mesh, &read.references[0].mesh);

@@ -1,0 +1,96 @@
+//! Bundles as stand-ins: opened as an engine would, by what their main file says that it is.
+
+use super::{
+    SceneStandIn, StandIn,
+    dmesh::{self, DmeshError, Meshes, Model, Static, ViewDependent},
+    sprite::SpriteStandIn,
+};
+use crate::{
+    formats::{self, Files, FormatError, Limits},
+    raster::Geometry,
+    scene::Scene,
+    sprite::{ReadError, SPRITE_FORMAT},
+};
+use serde_json::Value;
+use std::{path::Path, sync::Arc};
+
+/// A stand-in that was read.
+pub enum Opened {
+    /// An ordinary mesh file.
+    Scene(Box<(Scene, Geometry)>),
+    /// Depth-meshes, and the hierarchies of those that can be made for a view.
+    Dmesh(Box<OpenedDmesh>),
+    /// A depth sprite.
+    Sprite(Box<SpriteStandIn>),
+}
+
+/// Depth-meshes, ready to be drawn.
+pub struct OpenedDmesh {
+    fixed: Static,
+    per_view: Option<ViewDependent>,
+}
+
+/// Why a bundle is no stand-in.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    #[error(transparent)]
+    Dmesh(#[from] DmeshError),
+    #[error(transparent)]
+    Sprite(#[from] ReadError),
+    #[error("{file}: {what}")]
+    Unknown { file: String, what: String },
+}
+
+/// Opens the stand-in whose main file is `main`: a GLB file, or a JSON manifest whose `format` says what it is.
+///
+/// # Errors
+/// Where a file is missing, damaged, or of a format that is not known.
+pub fn open(main: &Path, files: &(dyn Files + Sync), limits: &Limits) -> Result<Opened, OpenError> {
+    let bytes = files.read(main)?.ok_or_else(|| FormatError::Missing { file: main.to_owned() })?;
+    let data: &[u8] = (*bytes).as_ref();
+    if data.starts_with(b"glTF") {
+        let scene = formats::from_glb(main, bytes.clone(), limits)?;
+        let geometry = Geometry::new(&scene);
+        return Ok(Opened::Scene(Box::new((scene, geometry))));
+    }
+    let unknown = |what: String| OpenError::Unknown { file: main.display().to_string(), what };
+    let manifest: Value = serde_json::from_slice(data)
+        .map_err(|e| unknown(format!("expected a GLB file or a JSON manifest of a stand-in ({e})")))?;
+    let folder = main.parent().unwrap_or(Path::new(""));
+    match manifest.get("format").and_then(Value::as_str) {
+        Some(dmesh::FORMAT) => {
+            let bundle = dmesh::read(folder, files, limits)?;
+            let frames = bundle.frames.as_ref();
+            let meshes = frames.map(|f| Meshes::new(&bundle.dmesh, f)).transpose()?;
+            let model = Arc::new(Model::new(bundle.dmesh.clone())?);
+            let fixed = Static::new(model.clone(), bundle.blending, frames);
+            let per_view = frames.zip(meshes).map(|(f, m)| ViewDependent::new(model, m, bundle.blending, f));
+            Ok(Opened::Dmesh(Box::new(OpenedDmesh { fixed, per_view })))
+        }
+        Some(SPRITE_FORMAT) => Ok(Opened::Sprite(Box::new(SpriteStandIn::read(main, &manifest, files)?))),
+        Some(other) => Err(unknown(format!(
+            "the format `{other}` is not known; expected `{}` or `{SPRITE_FORMAT}`",
+            dmesh::FORMAT
+        ))),
+        None => Err(unknown("expected a member `format` that says what the stand-in is".into())),
+    }
+}
+
+impl Opened {
+    /// The ways in which it can be drawn, the usual one first. Names are empty where there is only one way.
+    pub fn modes(&self) -> Vec<(&'static str, Box<dyn StandIn + '_>)> {
+        match self {
+            Self::Scene(scene) => vec![("", Box::new(SceneStandIn::new(&scene.0, &scene.1)))],
+            Self::Sprite(sprite) => vec![("", Box::new(&**sprite))],
+            Self::Dmesh(dmesh) => {
+                let mut modes: Vec<(&'static str, Box<dyn StandIn + '_>)> = vec![("static", Box::new(&dmesh.fixed))];
+                if let Some(per_view) = &dmesh.per_view {
+                    modes.push(("view_dependent", Box::new(per_view)));
+                }
+                modes
+            }
+        }
+    }
+}
