@@ -28,7 +28,8 @@ pub struct BundleFile {
 pub(super) const QUALITY: &str = "_QUALITY";
 
 /// The files of a bundle: the manifest first, a GLB and, where there is a normal map, a PNG for each reference, a GLB of all
-/// references, the shaders. Vertices that no triangle uses are left out. `strips`: for each reference the number of triangle strips, or
+/// references, the shaders. Vertices that no triangle uses are left out, and the picture of a mesh
+/// without triangles. `strips`: for each reference the number of triangle strips, or
 /// nothing at all where they are not known. `frames`: depth images, from which meshes for a view are made.
 ///
 /// # Errors
@@ -49,7 +50,7 @@ pub fn write(
         let bytes = depths.iter().flat_map(|z| z.to_le_bytes()).collect();
         files.push(BundleFile { path: depth(&reference.name), media: "application/octet-stream", bytes });
     }
-    let objects = dmesh.references.iter().map(|r| object(r, &r.mesh, dmesh.double_sided));
+    let objects = dmesh.references.iter().filter_map(|r| object(r, &r.mesh, dmesh.double_sided));
     let mut all = Scene { objects: objects.collect() };
     all.objects.sort_by(|a, b| a.name.cmp(&b.name));
     let bytes = write_glb(&all, &GlbOptions::default())?;
@@ -120,7 +121,7 @@ fn depth(name: &str) -> String {
 
 fn of_reference(reference: &Reference, double_sided: bool) -> Result<Vec<BundleFile>, DmeshError> {
     let mesh = used(&reference.mesh);
-    let scene = Scene { objects: vec![object(reference, &mesh, double_sided)] };
+    let scene = Scene { objects: object(reference, &mesh, double_sided).into_iter().collect() };
     let scalars = [Scalars { name: QUALITY, values: &mesh.quality }];
     let bytes = write_glb_with(&scene, &GlbOptions::default(), &scalars)?;
     let mut files = vec![BundleFile { path: glb(&reference.name), media: "model/gltf-binary", bytes }];
@@ -132,8 +133,11 @@ fn of_reference(reference: &Reference, double_sided: bool) -> Result<Vec<BundleF
     Ok(files)
 }
 
-/// An unlit object with the picture as its texture.
-fn object(reference: &Reference, mesh: &Mesh, double_sided: bool) -> Object {
+/// An unlit object with the picture as its texture; `None` for a mesh without triangles.
+fn object(reference: &Reference, mesh: &Mesh, double_sided: bool) -> Option<Object> {
+    if mesh.triangles.is_empty() {
+        return None;
+    }
     let texture = Texture {
         image: reference.color.clone(),
         uv_set: 0,
@@ -158,7 +162,7 @@ fn object(reference: &Reference, mesh: &Mesh, double_sided: bool) -> Object {
         ..scene::Mesh::default()
     };
     let part = Part { mesh: Arc::new(mesh), material: Arc::new(material) };
-    Object { name: reference.name.clone(), transform: Mat4::IDENTITY, parts: vec![part] }
+    Some(Object { name: reference.name.clone(), transform: Mat4::IDENTITY, parts: vec![part] })
 }
 
 /// The mesh without the vertices that no triangle uses, the others in their order.

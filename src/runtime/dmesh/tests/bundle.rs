@@ -61,7 +61,7 @@ fn a_bundle_comes_back_as_it_was() {
     let (a, b) = (draw(dmesh, &view, &how), draw(&bundle.dmesh, &view, &how));
     assert!(a.depth.iter().any(|z| z.is_finite()));
     assert_eq!(a, b);
-    // What was read is written as the same bytes, but for the picture of the reference without a mesh, which nothing needs.
+    // What was read is written as the same bytes.
     let again = write(&bundle.dmesh, &bundle.blending, &[4, 5, 0], None).unwrap();
     assert_eq!(&again, files);
     for (a, b) in dmesh.references.iter().zip(&bundle.dmesh.references) {
