@@ -273,7 +273,7 @@ impl Node for DrawSprites {
 }
 
 /// A picture of one volume by itself, 640 × 480.
-pub fn portrait(volume: Volume, ctx: &Ctx) -> Result<Arc<File>, NodeError> {
+pub fn portrait(volume: Volume, ctx: &Ctx) -> Result<Vec<u8>, NodeError> {
     let params = Params { size: [640, 480], fov: 30.0, ..Params::default() };
     let scene = Scene { objects: Vec::new() };
     let volumes = [volume];
@@ -290,8 +290,7 @@ pub fn portrait(volume: Volume, ctx: &Ctx) -> Result<Arc<File>, NodeError> {
         samples: params.samples,
     };
     let picture = draw(super::backend(ctx), &Shader::new(&geometry), &scene.objects, &view, &drawing, ctx.stop)?;
-    let bytes = encode_png(&picture).map_err(|e| NodeError::from_error(&e))?;
-    Ok(Arc::new(File { media_type: "image/png".into(), bytes }))
+    encode_png(&picture).map_err(|e| NodeError::from_error(&e))
 }
 
 fn style(style: Style, color: [f32; 3]) -> sprite::Style {

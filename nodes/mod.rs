@@ -8,7 +8,6 @@ mod compress;
 mod depth_mesh;
 mod draw_sprites;
 mod evaluate;
-mod evaluate_sprite;
 mod field_scene;
 mod fit_factor;
 mod load_scene;
@@ -25,8 +24,7 @@ pub mod view_cell;
 mod view_region;
 mod volumes;
 pub mod voxel_mesh;
-mod write_glb;
-mod write_sprite;
+mod write;
 
 use crate::{
     engine::{
@@ -73,11 +71,16 @@ fn peel_error(error: PeelError) -> NodeError {
     }
 }
 
-/// A JSON file that ends with a line break.
-fn json_file(value: &serde_json::Value) -> Result<Arc<File>, NodeError> {
+/// The text of a JSON file, which ends with a line break.
+fn json_bytes(value: &serde_json::Value) -> Result<Vec<u8>, NodeError> {
     let mut bytes = serde_json::to_vec_pretty(value).map_err(|e| NodeError::from_error(&e))?;
     bytes.push(b'\n');
-    Ok(Arc::new(File { media_type: "application/json".into(), bytes }))
+    Ok(bytes)
+}
+
+/// A JSON file.
+fn json_file(value: &serde_json::Value) -> Result<Arc<File>, NodeError> {
+    Ok(Arc::new(File { media_type: "application/json".into(), bytes: json_bytes(value)? }))
 }
 
 /// Methods that are designed but not built yet.
@@ -89,7 +92,14 @@ const PLANNED: [Planned; 4] = [
 ];
 
 /// Names that pipelines used before kinds had methods.
-const RENAMED: [Renamed; 2] = [
+const RENAMED: [Renamed; 5] = [
+    Renamed { kind: "write-glb", param: "", now: "kind = \"write\" and method = \"glb\"; its output is `bundle`" },
+    Renamed {
+        kind: "write-sprite",
+        param: "",
+        now: "kind = \"write\" and method = \"sprite\"; its output is `bundle`",
+    },
+    Renamed { kind: "evaluate-sprite", param: "", now: "kind = \"evaluate\" and method = \"points\"" },
     Renamed {
         kind: "select-direction",
         param: "",
@@ -109,7 +119,7 @@ pub fn registry() -> Registry {
     r.add::<make_scene::MakeScene>();
     r.add::<select_objects::SelectObjects>();
     r.add::<split_objects::SplitObjects>();
-    r.add::<write_glb::WriteGlb>();
+    r.add::<write::Glb>();
     r.add::<fit_factor::FitFactor>();
     r.add::<collapse::Quadric>();
     r.add::<collapse::voxel_cover::node::VoxelCover>();
@@ -120,7 +130,7 @@ pub fn registry() -> Registry {
     r.add::<resample::Voxels>();
     r.add::<view_cell::ViewCell>();
     r.add::<render_slices::RenderSlices>();
-    r.add::<evaluate::Evaluate>();
+    r.add::<evaluate::Views>();
     r.add::<select_views::MinDepthComplexity>();
     r.add::<select_views::BoxFaces>();
     r.add::<view_region::Sphere>();
@@ -132,8 +142,9 @@ pub fn registry() -> Registry {
     r.add::<collide_sprites::CollideSprites>();
     r.add::<classify_points::ClassifyPoints>();
     r.add::<draw_sprites::DrawSprites>();
-    r.add::<write_sprite::WriteSprite>();
-    r.add::<evaluate_sprite::EvaluateSprite>();
+    r.add::<write::Sprite>();
+    r.add::<evaluate::Points>();
+    r.add::<write::Dmesh>();
     r
 }
 

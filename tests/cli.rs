@@ -15,10 +15,12 @@ what = \"solids\"
 kind = \"make-scene\"
 what = \"{what}\"
 [nodes.write]
-kind  = \"write-glb\"
-scene = \"make\"
+kind   = \"write\"
+method = \"glb\"
+name   = \"scene\"
+scene  = \"make\"
 [files]
-\"scene.glb\" = \"write\"
+\"./\" = \"write\"
 ";
 
 /// A working folder that holds `small.toml`.
@@ -130,12 +132,12 @@ fn mistakes_exit_with_2_and_run_nothing() {
 fn a_failed_node_exits_with_1() {
     let folder = folder();
     std::fs::write(folder.path().join("broken.glb"), b"glTF, but no more").unwrap();
-    let text = "[nodes.load]\nkind = \"load-scene\"\npath = \"broken.glb\"\n[nodes.write]\nkind = \"write-glb\"\nscene = \"load\"\n[files]\n\"a.glb\" = \"write\"\n";
+    let text = "[nodes.load]\nkind = \"load-scene\"\npath = \"broken.glb\"\n[nodes.write]\nkind = \"write\"\nmethod = \"glb\"\nscene = \"load\"\n[files]\n\"./\" = \"write\"\n";
     std::fs::write(folder.path().join("broken.toml"), text).unwrap();
     let ran = farfield(folder.path(), &["bake", "broken.toml"]);
     assert_eq!(ran.code, 1, "{}", ran.err);
     assert!(ran.err.contains("error: load: ") && ran.out.starts_with("failed: broken"), "{}{}", ran.err, ran.out);
-    assert!(!folder.path().join("out/broken/a.glb").exists());
+    assert!(!folder.path().join("out/broken/stand-in.glb").exists());
 }
 
 #[test]
@@ -171,12 +173,12 @@ fn a_file_that_is_no_scene_is_found_by_check() {
 fn check_and_graph_show_the_plan() {
     let folder = folder();
     let check = farfield(folder.path(), &["check", "small.toml"]);
-    assert_eq!(check.out, "ok: pipeline small, 2 nodes, 1 file, 0 requirements\n  scene.glb ← write.glb\n");
+    assert_eq!(check.out, "ok: pipeline small, 2 nodes, 1 file, 0 requirements\n  ./ ← write.bundle\n");
     let dot = farfield(folder.path(), &["graph", "small.toml"]);
     assert_eq!(
         dot.out,
         "digraph \"small\" {\n  rankdir = LR;\n  node [shape = box, style = rounded];\n  n0 [label = \"make\\nmake-scene\"];\n  \
-         n1 [label = \"write\\nwrite-glb\"];\n  n0 -> n1 [label = \"scene\"];\n  f0 [label = \"scene.glb\", shape = note];\n  \
+         n1 [label = \"write\\nwrite glb\"];\n  n0 -> n1 [label = \"scene\"];\n  f0 [label = \"./\", shape = note];\n  \
          n1 -> f0;\n}\n"
     );
     let mermaid = farfield(folder.path(), &["graph", "small.toml", "--format", "mermaid"]);
@@ -191,7 +193,7 @@ fn check_and_graph_show_the_plan() {
 fn nodes_are_documented() {
     let folder = folder();
     let list = farfield(folder.path(), &["nodes"]);
-    assert!(list.out.contains("make-scene") && list.out.contains("write-glb"));
+    assert!(list.out.contains("make-scene") && list.out.contains("write"));
     let page = farfield(folder.path(), &["nodes", "make-scene"]);
     assert!(page.out.contains("what: \"") && page.out.contains("default \"city\""), "{}", page.out);
     let schema = farfield(folder.path(), &["nodes", "--schema"]);

@@ -19,7 +19,7 @@ fn warnings_of_loading_are_shown_by_every_command() {
     write("lines.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n");
     write(
         "lines.toml",
-        "[nodes.load]\nkind = \"load-scene\"\npath = \"lines.obj\"\n[nodes.write]\nkind = \"write-glb\"\nscene = \"load\"\n[files]\n\"a.glb\" = \"write\"\n",
+        "[nodes.load]\nkind = \"load-scene\"\npath = \"lines.obj\"\n[nodes.write]\nkind = \"write\"\nmethod = \"glb\"\nscene = \"load\"\n[files]\n\"./\" = \"write\"\n",
     );
     let cell = "--cell=0,0,4,0.4,0.4,0.4";
     let compare = |a: &str, b: &str| {
@@ -76,8 +76,8 @@ fn a_scan_far_from_the_origin_bakes_to_the_same_shape() {
             node("mesh", "voxel-mesh", "slices = \"slices.slices\"\nfields = \"slices.fields\""),
             node("resample", "resample", "mesh = \"mesh\"\nslices = \"slices.slices\""),
             node("atlas", "pack-atlas", "meshes = \"resample\""),
-            node("write", "write-glb", "scene = \"atlas.scene\""),
-            "[files]\n\"a.glb\" = \"write.glb\"\n".to_owned(),
+            node("write", "write", "method = \"glb\"\nname = \"a\"\nscene = \"atlas.scene\""),
+            "[files]\n\"./\" = \"write.bundle\"\n".to_owned(),
         ];
         std::fs::write(folder.path().join(format!("{name}.toml")), pipeline.concat()).unwrap();
         let (code, err) = farfield(folder.path(), &["bake", &format!("{name}.toml"), "--backend", "cpu"]);

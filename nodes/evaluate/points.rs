@@ -1,15 +1,15 @@
-//! `evaluate-sprite`: the certificate of a depth sprite.
+//! The certificate of a solid: what is inside and what is outside.
 
-use super::{
-    json_file,
-    values::{Choice, Sprite},
-};
 use crate::{
     engine::{
         node::{Ctx, Measure, Node, NodeError},
         plan::File,
     },
     math::Sequence,
+    nodes::{
+        json_file,
+        values::{Choice, Sprite},
+    },
     ports,
     raster::Geometry,
     scene::Scene,
@@ -91,7 +91,7 @@ const MEASURES: &[(&str, &str, &str)] = &[
     ("answers_changed_by_rounding", "points whose class changes with the depths' quantisation", ""),
 ];
 
-pub struct EvaluateSprite;
+pub struct Points;
 
 /// A point's distance from the surface, in texels, from which on images must answer as the mesh does.
 const NEAR: f64 = 0.75;
@@ -122,8 +122,9 @@ impl Counts {
     }
 }
 
-impl Node for EvaluateSprite {
-    const KIND: &'static str = "evaluate-sprite";
+impl Node for Points {
+    const KIND: &'static str = "evaluate";
+    const METHOD: &'static str = "points";
     const VERSION: u32 = 3;
     type Params = Params;
     type In = In;

@@ -1,23 +1,27 @@
-//! `evaluate`: the certificate of a stand-in.
+//! The certificate of a stand-in: how it looks.
 
-use super::values::Bound;
 use crate::{
+    array::Bytes,
     certify::{self, Choice, CompareError, Mode, Sampling, VIEWS_AT_ONCE},
     engine::{
         node::{Ctx, List, Measure, Node, NodeError},
-        plan::File,
+        plan::{Bundle, File},
     },
-    formats::{self, Limits},
+    formats::{Files, FormatError, Limits},
     image::encode_png,
+    nodes::values::Bound,
     ports,
-    raster::{Geometry, MAX_SIDE},
-    runtime::SceneStandIn,
+    raster::MAX_SIDE,
+    runtime,
     scene::Scene,
     view::{Cell, Region},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::{path::Path, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 /// Which colours are compared; always the same for original and stand-in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -92,12 +96,14 @@ ports! {
     pub struct In {
         /// What the stand-in replaces.
         original: Arc<Scene>,
-        /// The stand-in's GLB file, read as an engine would read it.
-        stand_in: Arc<File>,
+        /// The stand-in's files, read as an engine would read them.
+        stand_in: Arc<Bundle>,
         /// The mesh before it was simplified: what no simplification can beat.
         ceiling: Option<Arc<Scene>>,
-        /// From where the stand-in will be seen.
-        cell: Arc<Cell>,
+        /// The cell from which the stand-in will be seen. Either it or a `region` is connected.
+        cell: Option<Arc<Cell>>,
+        /// Another place from which it will be seen, such as a sphere around it.
+        region: Option<Arc<Region>>,
         /// The error that the method promises not to exceed, in pixels.
         bound: Option<Arc<Bound>>,
     }
@@ -113,10 +119,11 @@ ports! {
     }
 }
 
-pub struct Evaluate;
+pub struct Views;
 
-impl Node for Evaluate {
+impl Node for Views {
     const KIND: &'static str = "evaluate";
+    const METHOD: &'static str = "views";
     const VERSION: u32 = 4;
     /// FLIP is C++.
     const NATIVE: bool = true;
@@ -144,7 +151,7 @@ impl Node for Evaluate {
     }
 
     fn doubts(params: &Params) -> Vec<(&'static str, String)> {
-        super::doubt_fov(params.fov)
+        crate::nodes::doubt_fov(params.fov)
     }
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
@@ -169,10 +176,17 @@ impl Node for Evaluate {
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
-        let file = &inputs.stand_in;
-        let bytes: crate::array::Bytes = Arc::new(file.bytes.clone());
-        let stand_in = formats::from_glb(Path::new("stand-in.glb"), bytes, &Limits::default())
-            .map_err(|e| NodeError::from_error(&e))?;
+        let region = match (inputs.cell, inputs.region) {
+            (Some(cell), None) => Region::Box(*cell),
+            (None, Some(region)) => (*region).clone(),
+            _ => {
+                let what = "from where is the stand-in seen? Connect either `cell` or `region`";
+                return Err(NodeError::Failed(what.into()));
+            }
+        };
+        let bundle = &inputs.stand_in;
+        let opened = runtime::open(Path::new(bundle.main()), &Contents(bundle), &Limits::default());
+        let opened = opened.map_err(|e| NodeError::from_error(&e))?;
         let bound = inputs.bound.as_deref().map_or_else(
             || certify::Bound {
                 kind: "assumed: none was stated".into(),
@@ -192,19 +206,14 @@ impl Node for Evaluate {
             samples_per_axis: params.samples,
             shading: params.shading.into(),
             bound,
-            stand_in: certify::Subject {
-                name: params.name.clone(),
-                blake3: blake3::hash(&file.bytes).to_hex().to_string(),
-            },
-            bytes: file.bytes.len() as u64,
+            stand_in: certify::Subject { name: params.name.clone(), blake3: hash(bundle) },
+            bytes: bundle.size(),
             ceiling_views: params.ceiling_views,
         };
         let ceiling = inputs.ceiling.as_deref();
-        let context = certify::Context { backend: super::backend(ctx), stop: ctx.stop, progress: ctx.progress };
-        let geometry = Geometry::new(&stand_in);
-        let drawn = SceneStandIn::new(&stand_in, &geometry);
-        let modes = [Mode { name: String::new(), stand_in: &drawn }];
-        let region = Region::Box(*inputs.cell);
+        let context = certify::Context { backend: crate::nodes::backend(ctx), stop: ctx.stop, progress: ctx.progress };
+        let drawn = opened.modes();
+        let modes: Vec<Mode> = drawn.iter().map(|m| Mode { name: m.0.to_owned(), stand_in: &*m.1 }).collect();
         let result = certify::compare(&inputs.original, &modes, ceiling, &region, &options, context);
         let comparison = result.map_err(|e| match e {
             CompareError::Stopped(s) => NodeError::Stopped(s),
@@ -220,4 +229,32 @@ impl Node for Evaluate {
             File { media_type: "application/json".into(), bytes: comparison.certificate.to_json().into_bytes() };
         Ok(Out { certificate: Arc::new(certificate), pictures: List(pictures) })
     }
+}
+
+/// A bundle as its readers see it.
+struct Contents<'a>(&'a Bundle);
+
+impl Files for Contents<'_> {
+    fn read(&self, path: &Path) -> Result<Option<Bytes>, FormatError> {
+        let name = path.to_str().map(|p| p.replace('\\', "/"));
+        let file = name.and_then(|name| self.0.files().get(&name));
+        Ok(file.map(|f| Arc::new(f.bytes.clone()) as Bytes))
+    }
+
+    fn real(&self, path: &Path) -> Option<PathBuf> {
+        Some(path.to_owned())
+    }
+}
+
+/// Of a file alone that of its bytes; of several that of all paths, lengths and bytes in their order.
+fn hash(bundle: &Bundle) -> String {
+    if let [file] = &bundle.files().values().collect::<Vec<_>>()[..] {
+        return blake3::hash(&file.bytes).to_hex().to_string();
+    }
+    let mut hasher = blake3::Hasher::new();
+    for (path, file) in bundle.files() {
+        hasher.update(&(path.len() as u64).to_le_bytes()).update(path.as_bytes());
+        hasher.update(&(file.bytes.len() as u64).to_le_bytes()).update(&file.bytes);
+    }
+    hasher.finalize().to_hex().to_string()
 }

@@ -2,7 +2,6 @@
 
 use super::camera::{get_view, put_view};
 use crate::{
-    array::Array,
     depth_mesh::{DepthMesh, MeshedLayer, MeshedView, Options, Strips},
     engine::artifact::{Artifact, DecodeError, Decoder, Encoder},
 };
@@ -107,11 +106,6 @@ fn fault(layer: &MeshedLayer, pixels: usize) -> Option<&'static str> {
     } else {
         None
     }
-}
-
-/// An image of a reference view.
-pub fn image(name: &str, width: u32, height: u32, texels: &Array<[u8; 4]>) -> crate::scene::Image {
-    crate::scene::Image { name: name.to_owned(), width, height, texels: texels.clone() }
 }
 
 #[cfg(test)]

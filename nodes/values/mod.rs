@@ -4,7 +4,7 @@ mod bound;
 mod camera;
 mod capture;
 mod charted_mesh;
-pub mod depth_meshes;
+mod depth_meshes;
 mod factor;
 mod scene;
 mod slices;

@@ -1,9 +1,9 @@
-//! `write-glb`: a scene as a file that other programs open.
+//! A scene as a GLB file.
 
 use crate::{
     engine::{
         node::{Ctx, Node, NodeError},
-        plan::File,
+        plan::{Bundle, File},
     },
     formats::{self, GlbOptions},
     ports,
@@ -11,13 +11,15 @@ use crate::{
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 /// Writes a scene as GLB (glTF 2.0 in one file), with its textures embedded as PNG. Materials are
 /// unlit by default, so that every viewer shows the captured colour.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
+    /// Name of the file, to which `.glb` is added.
+    pub name: String,
     /// Marks all materials as unlit (KHR_materials_unlit) and keeps only their base colour.
     pub unlit: bool,
     /// Keeps normal maps although the materials are unlit, for engines that light the stand-in with a shader of their own.
@@ -27,7 +29,7 @@ pub struct Params {
 impl Default for Params {
     fn default() -> Self {
         let GlbOptions { unlit, normal_maps } = GlbOptions::default();
-        Self { unlit, normal_maps }
+        Self { name: "stand-in".into(), unlit, normal_maps }
     }
 }
 
@@ -42,15 +44,16 @@ ports! {
 
 ports! {
     pub struct Out {
-        /// The file, `model/gltf-binary`.
-        glb: Arc<File>,
+        /// The file alone, `model/gltf-binary`.
+        bundle: Arc<Bundle>,
     }
 }
 
-pub struct WriteGlb;
+pub struct Glb;
 
-impl Node for WriteGlb {
-    const KIND: &'static str = "write-glb";
+impl Node for Glb {
+    const KIND: &'static str = "write";
+    const METHOD: &'static str = "glb";
     const VERSION: u32 = 1;
     type Params = Params;
     type In = In;
@@ -59,6 +62,10 @@ impl Node for WriteGlb {
     fn memory(_: &Params, sizes: &[u64]) -> u64 {
         // Arrays once in the binary chunk and once in the file, images as RGB while they are encoded.
         sizes.iter().sum::<u64>().saturating_mul(3)
+    }
+
+    fn check(params: &Params) -> Result<(), (&'static str, String)> {
+        super::check_name(&params.name)
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
@@ -71,7 +78,9 @@ impl Node for WriteGlb {
         ctx.stop.check()?;
         let options = GlbOptions { unlit: params.unlit, normal_maps: params.normal_maps };
         let bytes = formats::write_glb(&scene, &options).map_err(|e| NodeError::from_error(&e))?;
-        Ok(Out { glb: Arc::new(File { media_type: "model/gltf-binary".into(), bytes }) })
+        let path = format!("{}.glb", params.name);
+        let files = BTreeMap::from([(path.clone(), File { media_type: "model/gltf-binary".into(), bytes })]);
+        Ok(Out { bundle: Arc::new(Bundle::new(path, files).map_err(NodeError::Failed)?) })
     }
 }
 
@@ -95,7 +104,7 @@ mod tests {
         }
     }
 
-    fn write(scene: Scene, near: Option<Scene>) -> Result<Arc<File>, String> {
+    fn write(scene: Scene, near: Option<Scene>) -> Result<File, String> {
         let stop = Stop::default();
         let ctx = Ctx {
             stop: &stop,
@@ -107,7 +116,8 @@ mod tests {
             progress: &|_, _| {},
         };
         let inputs = In { scene: Arc::new(scene), near: near.map(Arc::new) };
-        WriteGlb::run(&Params::default(), inputs, &ctx).map(|o| o.glb).map_err(|e| e.to_string())
+        let bundle = Glb::run(&Params::default(), inputs, &ctx).map(|o| o.bundle).map_err(|e| e.to_string())?;
+        Ok(bundle.files()[bundle.main()].clone())
     }
 
     #[test]

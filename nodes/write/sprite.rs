@@ -1,22 +1,22 @@
-//! `write-sprite`: a packed layered depth image for shaders and programs.
+//! A packed layered depth image for shaders and programs.
 
-use super::{draw_sprites, json_file, values::Sprite};
 use crate::{
     engine::{
         node::{Ctx, Node, NodeError},
-        plan::File,
+        plan::{Bundle, File},
     },
     formats::{
         dds::write_rg32_uint,
         exr::{Depths, write_depths},
     },
+    nodes::{draw_sprites, json_bytes, values},
     ports,
     sprite::{self, LayeredDepthImage, Layout, Packed, Placement, Volume},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 /// Writes a packed layered depth image as it lies in memory, little-endian, and a JSON manifest that says where its sections begin, what
 /// they hold, and with which matrix a point of the world becomes a point of the image (Trapp and Döllner 2008, equation 2). Beside them
@@ -24,53 +24,39 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
-    /// Name of the data file in the manifest.
-    pub data: String,
+    /// Name of the files, to which endings are added.
+    pub name: String,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { data: "vds.bin".into() }
+        Self { name: "vds".into() }
     }
 }
 
 ports! {
     pub struct In {
         /// What to write.
-        sprite: Arc<Sprite>,
+        sprite: Arc<values::Sprite>,
     }
 }
 
 ports! {
     pub struct Out {
-        /// The manifest, JSON.
-        manifest: Arc<File>,
-        /// The sections, one after the other, each at a multiple of 16 bytes.
-        data: Arc<File>,
-        /// The layers of the cropped image, EXR: a part for each, 1 where there is no depth.
-        layers: Arc<File>,
-        /// The paper's compressed texture (section 4.3), DDS: its two channels are the numbers and the bits of the floats of the layout
-        /// `ranges`, whatever the layout of `data` is.
-        texture: Arc<File>,
-        /// Parity test, eight-corner test and rays for shaders, WGSL.
-        shader: Arc<File>,
-        /// The same with an entry point that classifies points, GLSL 4.5.
-        glsl: Arc<File>,
-        /// The same, HLSL for shader model 5.1.
-        hlsl: Arc<File>,
-        /// The same, Metal 2.
-        metal: Arc<File>,
-        /// The same, SPIR-V 1.3.
-        spirv: Arc<File>,
-        /// The solid, drawn from the sprite alone, 640 × 480, PNG.
-        picture: Arc<File>,
+        /// `.json`, the manifest, is the file to open first; `.bin` holds the sections, one after the other, each at a multiple of 16 bytes;
+        /// `.exr` the layers of the cropped image, a part for each, 1 where there is no depth; `.dds` the paper's compressed texture (section
+        /// 4.3), whose two channels are the numbers and the bits of the floats of the layout `ranges`, whatever the layout of the data is; `.wgsl`
+        /// parity test, eight-corner test and rays for shaders; `.comp`, `.hlsl`, `.metal` and `.spv` the same in GLSL 4.5 (with an entry point that
+        /// classifies points), HLSL for shader model 5.1, Metal 2 and SPIR-V 1.3; `.png` a picture of the solid, drawn from the sprite alone, 640 × 480.
+        bundle: Arc<Bundle>,
     }
 }
 
-pub struct WriteSprite;
+pub struct Sprite;
 
-impl Node for WriteSprite {
-    const KIND: &'static str = "write-sprite";
+impl Node for Sprite {
+    const KIND: &'static str = "write";
+    const METHOD: &'static str = "sprite";
     const VERSION: u32 = 3;
     type Params = Params;
     type In = In;
@@ -82,12 +68,11 @@ impl Node for WriteSprite {
     }
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
-        let plain = !params.data.is_empty() && !params.data.contains(['/', '\\', '\0']);
-        if plain { Ok(()) } else { Err(("data", format!("expected the name of a file, found `{}`", params.data))) }
+        super::check_name(&params.name)
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
-        let Sprite { packed, frame } = &*inputs.sprite;
+        let values::Sprite { packed, frame } = &*inputs.sprite;
         let (bytes, sections) = packed.file();
         let sections: Vec<_> = sections
             .iter()
@@ -102,7 +87,7 @@ impl Node for WriteSprite {
             Some(g) => json!({ "form": "u16", "base": g.parts()[1], "step": g.step(), "bound": g.bound() }),
         };
         let manifest = json!({
-            "format": "farfield depth sprite",
+            "format": sprite::SPRITE_FORMAT,
             "version": 2,
             "size": packed.size(),
             "region": [region.x, region.y, region.width, region.height],
@@ -110,23 +95,29 @@ impl Node for WriteSprite {
             "depth_complexity": packed.depth_complexity(),
             "depths": depths,
             "world_to_texture": rows,
-            "data": { "file": params.data, "bytes": bytes.len(), "blake3": blake3::hash(&bytes).to_hex().as_str() },
+            "data": { "file": format!("{}.bin", params.name), "bytes": bytes.len(), "blake3": blake3::hash(&bytes).to_hex().as_str() },
             "sections": sections,
         });
-        let file = |media_type: &str, bytes: Vec<u8>| Arc::new(File { media_type: media_type.into(), bytes });
         let image = packed.unpack();
-        Ok(Out {
-            manifest: json_file(&manifest)?,
-            data: file("application/octet-stream", bytes),
-            layers: file("image/x-exr", layers(&image)?),
-            texture: file("image/vnd-ms.dds", texture(&image)?),
-            shader: file("text/wgsl", sprite::SHADER.into()),
-            glsl: file("text/x-glsl", sprite::GLSL.into()),
-            hlsl: file("text/x-hlsl", sprite::HLSL.into()),
-            metal: file("text/x-metal", sprite::METAL.into()),
-            spirv: file("application/x-spirv", sprite::SPIRV.into()),
-            picture: draw_sprites::portrait(Volume::new(image, frame, &Placement::default()), ctx)?,
-        })
+        let portrait = || draw_sprites::portrait(Volume::new(packed.unpack(), frame, &Placement::default()), ctx);
+        let files = [
+            ("json", "application/json", json_bytes(&manifest)?),
+            ("bin", "application/octet-stream", bytes),
+            ("exr", "image/x-exr", layers(&image)?),
+            ("dds", "image/vnd-ms.dds", texture(&image)?),
+            ("wgsl", "text/wgsl", sprite::SHADER.into()),
+            ("comp", "text/x-glsl", sprite::GLSL.into()),
+            ("hlsl", "text/x-hlsl", sprite::HLSL.into()),
+            ("metal", "text/x-metal", sprite::METAL.into()),
+            ("spv", "application/x-spirv", sprite::SPIRV.into()),
+            ("png", "image/png", portrait()?),
+        ];
+        let path = |end: &str| format!("{}.{end}", params.name);
+        let files = files
+            .into_iter()
+            .map(|(end, media_type, bytes)| (path(end), File { media_type: media_type.into(), bytes }));
+        let bundle = Bundle::new(path("json"), files.collect::<BTreeMap<_, _>>()).map_err(NodeError::Failed)?;
+        Ok(Out { bundle: Arc::new(bundle) })
     }
 }
 

@@ -4,6 +4,8 @@ use crate::engine::pipeline::Stock;
 
 /// Everything in `pipelines/`, sorted by name.
 pub const STOCK: &[Stock] = &[
+    ("dmesh", include_str!("../../pipelines/dmesh.toml")),
+    ("dmesh-relit", include_str!("../../pipelines/dmesh-relit.toml")),
     ("tdm", include_str!("../../pipelines/tdm.toml")),
     ("tdm-car", include_str!("../../pipelines/tdm-car.toml")),
     ("tdm-city", include_str!("../../pipelines/tdm-city.toml")),

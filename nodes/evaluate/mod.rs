@@ -1,0 +1,7 @@
+//! `evaluate`: certificates, a file per method.
+
+mod points;
+mod views;
+
+pub use points::Points;
+pub use views::Views;
