@@ -4,8 +4,9 @@ use super::{grid::Grid, map::DepthMap, options::Distance, rays::Rays};
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// Squared distances, metres². Corners have none. A point of which itself and the ends of its edge are partly background has the length of that
-/// edge across the view instead: by so much at most the outline recedes where the triangles that hold it are cut.
+/// Squared distances, metres². Corners have none. Where only some of a point and the ends of its edge are background, the error is the
+/// length of the edge across the view: unselected, the triangles that touch background are cut, and the outline recedes by
+/// that much at most.
 pub(super) fn edge_errors(map: &DepthMap, rays: &Rays, distance: Distance) -> Vec<f32> {
     match distance {
         Distance::Planar => levels(map, rays, planar),

@@ -4,8 +4,8 @@
 //! share the hypotenuse deviates by more than ε, no grid point is farther than ε from the triangle that stands in for it,
 //! whatever its neighbours are: the bound holds triangle by triangle and needs no maximum up the hierarchy.
 //!
-//! Looking at all points under all triangles of all levels takes ten times longer than everything else. So bounds from above are
-//! computed beforehand, and what they leave open is looked at when a tolerance is known, until one point exceeds it.
+//! Visiting all points under all triangles of all levels would take ten times longer than everything else. So upper bounds are
+//! computed beforehand; the triangles that they leave undecided are scanned once a tolerance is known, until one point exceeds it.
 
 use super::{
     edge_error::{across, point_line},
@@ -17,13 +17,13 @@ use super::{
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// Bounds nothing: of triangles that hold surface and background.
+/// Always scanned: triangles that hold surface and background.
 const UNBOUNDED: f32 = 1e30;
 
-/// For every grid point a squared distance, metres², that what its two triangles cover deviates by at most. Corners have none.
+/// Upper bounds of the squared distance, metres², of what each grid point's two triangles cover. Corners have none.
 ///
-/// A point of a triangle's half deviates by what it deviates from the half, and by what the half itself deviates, which is most at
-/// the midpoint.
+/// A covered point deviates by its distance from the half of the triangle that covers it, plus the deviation of that half, which is
+/// largest at the midpoint of the hypotenuse.
 pub(super) fn bounds(map: &DepthMap, rays: &Rays, distance: Distance) -> Vec<f32> {
     let side = map.side();
     let (grid, depth) = (Grid::of(side), map.depth());
@@ -162,8 +162,9 @@ pub(super) struct Scan<'a> {
 }
 
 impl Scan<'_> {
-    /// Whether one of the two triangles that (x, y) splits deviates by more than a squared tolerance, or holds surface and background and has a hypotenuse
-    /// that is longer across the view: by so much the outline recedes where it is cut. Not for corners of the grid.
+    /// Whether one of the two triangles that (x, y) splits deviates by more than a squared tolerance. One that holds surface and
+    /// background deviates by the length of its hypotenuse across the view at least: by that much the outline recedes where it is
+    /// cut. Not for corners of the grid.
     pub fn exceeds(&self, x: usize, y: usize, tolerance: f32) -> bool {
         let h = Grid::half_at(x, y);
         let last = self.map.side() - 1;

@@ -16,8 +16,8 @@ use super::{
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// A depth map with what triangulations of it need: errors, segmentation flags, bounds. Map and options determine everything else,
-/// and making it takes milliseconds, so those two are what is worth storing.
+/// A depth map with what triangulations of it need: errors, segmentation flags, bounding spheres. Map and options determine
+/// everything else within milliseconds, so those two are what is worth storing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hierarchy {
     map: DepthMap,
@@ -74,7 +74,8 @@ impl Hierarchy {
         self.distance
     }
 
-    /// Squared errors of all grid points, row by row, metres². With [`ErrorMeasure::Exact`] they are bounds from above.
+    /// Squared errors of all grid points, row by row, metres²; upper bounds with [`ErrorMeasure::Exact`]. They are not maximised up
+    /// the hierarchy: closing a selection under its dependencies has the same effect.
     pub fn error(&self) -> &[f32] {
         &self.error
     }
@@ -87,7 +88,8 @@ impl Hierarchy {
                 || Scan { map: &self.map, rays: &self.rays, distance: self.distance }.exceeds(x, y, tolerance))
     }
 
-    /// Segmentation flags of all quadtree nodes, level by level from the root, rows from the top: bit t for triangle t of a1, a2, b1, … d2 (figure 11).
+    /// Segmentation flags of all quadtree nodes, level by level from the root, rows from the top: bits 0 to 7 for the triangles a1, a2, b1 to
+    /// d2 of figure 11.
     pub fn flags(&self) -> &[u8] {
         &self.flags
     }

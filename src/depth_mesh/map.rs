@@ -72,7 +72,7 @@ fn check(view: &View, depth: &[f32]) -> Result<(), MapError> {
         view.projection;
     let frame = [view.eye, view.right, view.up, view.forward];
     let finite = frame.iter().all(|v| v.is_finite()) && [left, right, bottom, top].iter().all(|v| v.abs() <= 1e12);
-    if !finite || !(left < right && bottom < top) {
+    if !(finite && left < right && bottom < top) {
         return Err(MapError::View);
     }
     match depth.iter().position(|&z| !(0.0..=FARTHEST).contains(&z) && z != f32::INFINITY) {

@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ErrorMeasure {
-    /// Its distance from the edge that it bisects, at least that of all points that depend on it (section 4.2). Local: the
-    /// mesh may deviate by a small multiple of the tolerance.
+    /// Its distance from the edge that it bisects, made monotonic up the hierarchy (section 4.2). Local: the mesh may deviate by a small
+    /// multiple of the tolerance.
     #[default]
     Edge,
-    /// The largest distance of the grid points that are covered by the triangles that it splits. The mesh deviates by the tolerance at
-    /// most wherever no triangle is cut.
+    /// The largest distance of a covered grid point from the two triangles that it splits. Wherever no triangle is cut, the mesh deviates
+    /// by the tolerance at most.
     Exact,
 }
 
@@ -75,8 +75,8 @@ pub struct Options {
     pub segmentation: Segmentation,
     /// κ of equation (6), ≥ 0: depth error over edge length. Not stated in the paper.
     pub kappa: f32,
-    /// σ of equation (9), ≥ 0. Not stated in the paper. In orthographic views, where planes are linear in depth and not in disparity, the second difference of depth
-    /// over the height of the window is compared with it.
+    /// σ of equation (9), ≥ 0. Not stated in the paper. In orthographic views planes are linear in depth instead of disparity, so
+    /// the second difference of depth over the height of the window takes the place of the left side.
     pub sigma: f32,
     /// ω of equation (10), degrees, 0 to 90.
     pub omega: f32,

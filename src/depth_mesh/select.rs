@@ -121,8 +121,8 @@ impl Hierarchy {
         &workspace.triangulation
     }
 
-    /// The smallest closed selection with `first` that holds every wanted point which depends on one of it: only triangles that would otherwise be drawn
-    /// are split.
+    /// The smallest closed selection that holds `first`, and every wanted point at least one of whose parents it holds: from the top
+    /// down, so that only triangles are split that would otherwise be drawn. `wanted` is asked once per point.
     fn descend(
         &self,
         selection: &mut Selection,

@@ -22,7 +22,7 @@ fn far_views_need_far_fewer_triangles() {
         let hierarchy = Hierarchy::new(bumps(257), &options).unwrap();
         let mut workspace = Workspace::default();
         let mut count = |distance| hierarchy.view_dependent(&view(distance, 512), 1.0, &mut workspace).triangles.len();
-        let counts = [2.0, 8.0, 32.0, 128.0].map(|d| count(d));
+        let counts = [2.0, 8.0, 32.0, 128.0].map(&mut count);
         assert!(counts.windows(2).all(|c| c[1] < c[0]), "{counts:?}");
         assert!(counts[2] * 10 < counts[0] && counts[3] <= 200, "{counts:?}");
     }
