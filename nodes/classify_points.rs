@@ -32,10 +32,12 @@ pub struct Params {
     /// Where sprites are put; [] leaves each where its solid was, under its own name.
     pub places: Vec<Place>,
     /// Points that are spread where no scene gives any, 1 to 1,000,000.
+    #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "points"))]
     pub count: u32,
     /// Seed of the sequence of points.
     pub seed: u64,
     /// From the middle of an octahedron to its corners, as a share of the points' diagonal, more than 0 and at most 1.
+    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub dot: f64,
 }
 
@@ -83,14 +85,7 @@ impl Node for ClassifyPoints {
     }
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
-        volumes::check(&params.places)?;
-        if !(1..=1_000_000).contains(&params.count) {
-            return Err(("count", format!("expected 1 to 1,000,000 points, found {}", params.count)));
-        }
-        if !(params.dot > 0.0 && params.dot <= 1.0) {
-            return Err(("dot", format!("expected more than 0 and at most 1, found {}", params.dot)));
-        }
-        Ok(())
+        volumes::check(&params.places)
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {

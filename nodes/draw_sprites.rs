@@ -13,7 +13,7 @@ use crate::{
     ports,
     raster::{Geometry, Light, MAX_SIDE, Shader},
     scene::{Scene, select::matches},
-    sprite::{self, Drawing, Volume, draw},
+    sprite::{self, Drawing, Volume, Zone, draw},
     view::View,
 };
 use glam::DVec3;
@@ -38,10 +38,13 @@ pub struct Params {
     /// What the viewer looks at, metres; the scene's centre where there is none.
     pub target: Option<[f64; 3]>,
     /// Field of view in height, degrees, more than 0 and less than 180.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 180.0, "x-unit" = "degrees"))]
     pub fov: f64,
     /// Pixels of the picture, 1 to 4096 each.
+    #[schemars(inner(range(min = 1, max = 4096)), extend("x-unit" = "pixels"))]
     pub size: [u32; 2],
     /// Samples along a pixel's side, 1 to 4.
+    #[schemars(range(min = 1, max = 4))]
     pub samples: u32,
     /// sRGB colour behind everything.
     pub background: [u8; 3],
@@ -58,6 +61,7 @@ pub struct Effect {
     pub zone: Zone,
     /// Half side of the cube whose eight corners are tested, metres, at least 0. Without it there is no border.
     #[serde(default)]
+    #[schemars(range(min = 0.0), extend("x-unit" = "m"))]
     pub border: f64,
     /// Pattern of the names of the objects, and of the other volumes among `solids`, that it touches; `*` is any text, `?` any one character.
     #[serde(default = "all")]
@@ -67,19 +71,6 @@ pub struct Effect {
     /// sRGB colour of the styles `tint`, `gray`, `flat` and `lines`.
     #[serde(default = "white")]
     pub color: [u8; 3],
-}
-
-/// A part of space as a volume divides it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Zone {
-    /// All corners lie inside.
-    #[default]
-    Inside,
-    /// Some corners lie inside and some outside.
-    Border,
-    /// No corner lies inside.
-    Outside,
 }
 
 /// How points look.
@@ -113,6 +104,7 @@ pub struct Solid {
     pub color: [u8; 3],
     /// 0 to 1; less than 1 lets shine through what is inside and behind.
     #[serde(default = "opaque")]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub opacity: f32,
 }
 
@@ -182,27 +174,7 @@ impl Node for DrawSprites {
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
         volumes::check(&params.places)?;
-        if let Some(n) = params.size.iter().find(|n| !(1..=4096).contains(*n)) {
-            return Err(("size", format!("expected 1 to 4096 pixels, found {n}")));
-        }
-        if !(1..=4).contains(&params.samples) {
-            return Err(("samples", format!("expected 1 to 4, found {}", params.samples)));
-        }
-        if !(params.fov > 0.0 && params.fov < 180.0) {
-            return Err(("fov", format!("expected more than 0 and less than 180 degrees, found {}", params.fov)));
-        }
-        for (name, point) in [("eye", params.eye), ("target", params.target)] {
-            if let Some(wrong) = point.iter().flatten().find(|v| !v.is_finite()) {
-                return Err((name, format!("expected finite coordinates, found {wrong}")));
-            }
-        }
         for e in &params.effects {
-            if !(e.border >= 0.0 && e.border.is_finite()) {
-                return Err((
-                    "effects",
-                    format!("`{}`: expected a border of 0 m or more, found {}", e.volume, e.border),
-                ));
-            }
             if e.zone == Zone::Border && e.border == 0.0 {
                 return Err(("effects", format!("`{}`: the zone `border` needs a `border` above 0 m", e.volume)));
             }
@@ -213,9 +185,6 @@ impl Node for DrawSprites {
         let asked = effects.chain(params.solids.iter().map(|s| ("solids", &s.volume)));
         if let Some((param, volume)) = asked.into_iter().find(|(_, volume)| unplaced(volume)) {
             return Err((param, format!("no place is called `{volume}`; there are `{}`", names.join("`, `"))));
-        }
-        if let Some(s) = params.solids.iter().find(|s| !(0.0..=1.0).contains(&s.opacity)) {
-            return Err(("solids", format!("`{}`: expected an opacity of 0 to 1, found {}", s.volume, s.opacity)));
         }
         Ok(())
     }
@@ -229,14 +198,15 @@ impl Node for DrawSprites {
         };
         let (mut effects, mut solids) = (Vec::new(), Vec::new());
         for e in &params.effects {
-            let zone = match e.zone {
-                Zone::Inside => sprite::Zone::Inside,
-                Zone::Border => sprite::Zone::Border,
-                Zone::Outside => sprite::Zone::Outside,
-            };
             let style = style(e.style, e.color.map(srgb::to_linear));
             for volume in numbers("effects", &e.volume)? {
-                effects.push(sprite::Effect { volume, zone, border: e.border, objects: e.objects.clone(), style });
+                effects.push(sprite::Effect {
+                    volume,
+                    zone: e.zone,
+                    border: e.border,
+                    objects: e.objects.clone(),
+                    style,
+                });
             }
         }
         for s in &params.solids {
@@ -329,6 +299,7 @@ fn view(params: &Params, scene: &Scene, volumes: &[Volume]) -> Result<View, Node
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::nodes::testing::refused;
 
     #[test]
     fn mistakes_are_named_before_anything_runs() {
@@ -355,24 +326,24 @@ mod tests {
             solids: vec![solid(0.5)],
             ..Params::default()
         };
-        assert_eq!(DrawSprites::check(&good()), Ok(()));
-        let refused = |change: &dyn Fn(&mut Params)| {
+        assert_eq!(refused::<DrawSprites>(&good()), None);
+        let changed = |change: &dyn Fn(&mut Params)| {
             let mut params = good();
             change(&mut params);
-            DrawSprites::check(&params).unwrap_err().0
+            refused::<DrawSprites>(&params).unwrap()
         };
-        assert_eq!(refused(&|p| p.places.push(place("a", 1.0))), "places");
-        assert_eq!(refused(&|p| p.places[0].scale = 0.0), "places");
-        assert_eq!(refused(&|p| p.places[0].turn[1] = f64::NAN), "places");
-        assert_eq!(refused(&|p| p.effects.push(effect("c", Zone::Inside, 0.0))), "effects");
-        assert_eq!(refused(&|p| p.effects.push(effect("a", Zone::Border, 0.0))), "effects");
-        assert_eq!(refused(&|p| p.effects[0].border = -1.0), "effects");
-        assert_eq!(refused(&|p| p.solids[0].opacity = 1.5), "solids");
-        assert_eq!(refused(&|p| p.size = [0, 1]), "size");
-        assert_eq!(refused(&|p| p.samples = 5), "samples");
-        assert_eq!(refused(&|p| p.fov = 180.0), "fov");
-        assert_eq!(refused(&|p| p.eye = Some([f64::INFINITY, 0.0, 0.0])), "eye");
+        assert_eq!(changed(&|p| p.places.push(place("a", 1.0))), "places");
+        assert_eq!(changed(&|p| p.places[0].scale = 0.0), "places");
+        assert_eq!(changed(&|p| p.places[0].turn[1] = f64::NAN), "");
+        assert_eq!(changed(&|p| p.effects.push(effect("c", Zone::Inside, 0.0))), "effects");
+        assert_eq!(changed(&|p| p.effects.push(effect("a", Zone::Border, 0.0))), "effects");
+        assert_eq!(changed(&|p| p.effects[0].border = -1.0), "effects");
+        assert_eq!(changed(&|p| p.solids[0].opacity = 1.5), "solids");
+        assert_eq!(changed(&|p| p.size = [0, 1]), "size");
+        assert_eq!(changed(&|p| p.samples = 5), "samples");
+        assert_eq!(changed(&|p| p.fov = 180.0), "fov");
+        assert_eq!(changed(&|p| p.eye = Some([f64::INFINITY, 0.0, 0.0])), "");
         // Without places the names are those of the sprites, which nobody knows yet.
-        assert_eq!(DrawSprites::check(&Params { places: vec![], ..good() }), Ok(()));
+        assert_eq!(refused::<DrawSprites>(&Params { places: vec![], ..good() }), None);
     }
 }

@@ -29,10 +29,13 @@ pub struct Params {
     /// where its back is seen (glTF: `doubleSided`); `double` shows both sides of everything. Materials of OBJ and PLY have two sides.
     pub sides: SidesOf,
     /// Most texels that all images together may have, in millions.
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub max_megatexels: f64,
     /// Most triangles, every instance counted, in millions.
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub max_megatriangles: f64,
     /// Most vertices stored, in millions.
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub max_megavertices: f64,
 }
 
@@ -94,15 +97,6 @@ impl Node for LoadScene {
             && !builtin::NAMES.contains(&name)
         {
             return Err(("path", unknown(name)));
-        }
-        for (name, value) in [
-            ("max_megatexels", params.max_megatexels),
-            ("max_megatriangles", params.max_megatriangles),
-            ("max_megavertices", params.max_megavertices),
-        ] {
-            if !(value > 0.0 && value <= 1e6) {
-                return Err((name, format!("{value}; expected more than 0 and at most 1,000,000")));
-            }
         }
         Ok(())
     }
@@ -194,15 +188,15 @@ impl Files for ThroughDoor<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Stop;
+    use crate::nodes::testing::World;
     use std::sync::Mutex;
 
     const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-    /// A world with one file that remembers what it was asked for.
-    struct World(&'static str, Mutex<Vec<PathBuf>>);
+    /// One file, with what was asked for.
+    struct Files(&'static str, Mutex<Vec<PathBuf>>);
 
-    impl Door for World {
+    impl Door for Files {
         fn read(&self, path: &Path) -> Result<Option<Bytes>, NodeError> {
             self.1.lock().unwrap().push(path.to_owned());
             match path.to_str() {
@@ -214,23 +208,10 @@ mod tests {
     }
 
     fn run(path: &str, text: &'static str) -> (Result<Arc<Scene>, String>, Vec<PathBuf>, Vec<String>) {
-        let world = World(text, Mutex::default());
-        let warnings = Mutex::new(Vec::new());
-        let stop = Stop::default();
-        let warn = |w| warnings.lock().unwrap().push(w);
-        let ctx = Ctx {
-            stop: &stop,
-            door: &world,
-            element: None,
-            device: None,
-            memory: 1 << 32,
-            warn: &warn,
-            progress: &|_, _| {},
-        };
+        let files = Files(text, Mutex::default());
         let params = Params { path: SourcePath(path.into()), ..Params::default() };
-        let out = LoadScene::run(&params, In {}, &ctx).map(|o| o.scene).map_err(|e| e.to_string());
-        let warnings = std::mem::take(&mut *warnings.lock().unwrap());
-        (out, world.1.into_inner().unwrap(), warnings)
+        let (out, warnings) = World { door: &files, ..World::default() }.run::<LoadScene>(&params, In {});
+        (out.map(|o| o.scene).map_err(|e| e.to_string()), files.1.into_inner().unwrap(), warnings)
     }
 
     #[test]
@@ -297,12 +278,10 @@ mod tests {
         "buffers": [{ "byteLength": 36, "uri": "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA" }] }"#;
 
     fn run_gltf(text: &'static str, sides: SidesOf, memory: u64) -> Result<Arc<Scene>, String> {
-        let world = World(text, Mutex::default());
-        let stop = Stop::default();
-        let ctx =
-            Ctx { stop: &stop, door: &world, element: None, device: None, memory, warn: &|_| {}, progress: &|_, _| {} };
+        let files = Files(text, Mutex::default());
         let params = Params { path: SourcePath("/w/a.gltf".into()), sides, ..Params::default() };
-        LoadScene::run(&params, In {}, &ctx).map(|o| o.scene).map_err(|e| e.to_string())
+        let (out, _) = World { door: &files, memory, ..World::default() }.run::<LoadScene>(&params, In {});
+        out.map(|o| o.scene).map_err(|e| e.to_string())
     }
 
     #[test]

@@ -19,6 +19,8 @@ mod resample;
 mod select_objects;
 mod select_views;
 mod split_objects;
+#[cfg(test)]
+mod testing;
 pub mod values;
 pub mod view_cell;
 mod view_region;
@@ -152,20 +154,10 @@ pub fn registry() -> Registry {
 mod tests {
     use super::*;
     use crate::{
-        array::Bytes,
-        engine::node::{Device, Door},
+        engine::node::Device,
         math::{Stop, Stopped},
         raster::{OnFragments, OnNearest, Prepared},
     };
-    use std::path::Path;
-
-    struct Closed;
-
-    impl Door for Closed {
-        fn read(&self, _: &Path) -> Result<Option<Bytes>, NodeError> {
-            Ok(None)
-        }
-    }
 
     /// Renders nothing.
     struct Blind;
@@ -196,18 +188,9 @@ mod tests {
         let scene = crate::scene::builtin::make("solids", 1).unwrap();
         let direction = crate::sprite::Direction::new(glam::DVec3::NEG_Z).unwrap();
         let geometry = crate::raster::Geometry::new(&scene);
-        let stop = Stop::default();
         let run = |device: Option<&Device>| {
-            let ctx = Ctx {
-                stop: &stop,
-                door: &Closed,
-                element: None,
-                device,
-                memory: 1 << 32,
-                warn: &|_| {},
-                progress: &|_, _| {},
-            };
-            crate::sprite::judge(backend(&ctx), &geometry, &[direction], 16, &stop).is_ok()
+            let world = testing::World { device, ..testing::World::default() };
+            world.visit(|ctx| crate::sprite::judge(backend(ctx), &geometry, &[direction], 16, ctx.stop).is_ok()).0
         };
         let blind: Arc<dyn Backend> = Arc::new(Blind);
         assert!(run(None) && !run(Some(&blind)) && run(Some(&"another program's device")));

@@ -19,8 +19,10 @@ use std::sync::Arc;
 pub struct Params {
     /// Texels between charts, 1 to 64, filled from the charts' borders. Mip levels whose texels are at most this
     /// wide mix no two charts.
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "texels"))]
     pub gutter: u32,
     /// Largest side of a page in texels, a power of two, 64 to 16384.
+    #[schemars(range(min = 64, max = 16384), extend("x-unit" = "texels"))]
     pub max_page: u32,
 }
 
@@ -60,10 +62,7 @@ impl Node for PackAtlas {
     }
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
-        if !(1..=64).contains(&params.gutter) {
-            return Err(("gutter", format!("expected 1 to 64 texels, found {}", params.gutter)));
-        }
-        if !(64..=16384).contains(&params.max_page) || !params.max_page.is_power_of_two() {
+        if !params.max_page.is_power_of_two() {
             return Err(("max_page", format!("expected a power of two from 64 to 16384, found {}", params.max_page)));
         }
         Ok(())
@@ -85,11 +84,12 @@ impl Node for PackAtlas {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::nodes::testing::refused;
 
     #[test]
     fn ranges_are_checked() {
-        assert_eq!(PackAtlas::check(&Params::default()), Ok(()));
-        assert_eq!(PackAtlas::check(&Params { gutter: 0, ..Params::default() }).unwrap_err().0, "gutter");
-        assert_eq!(PackAtlas::check(&Params { max_page: 1000, ..Params::default() }).unwrap_err().0, "max_page");
+        assert_eq!(refused::<PackAtlas>(&Params::default()), None);
+        assert_eq!(refused::<PackAtlas>(&Params { gutter: 0, ..Params::default() }).as_deref(), Some("gutter"));
+        assert_eq!(refused::<PackAtlas>(&Params { max_page: 1000, ..Params::default() }).as_deref(), Some("max_page"));
     }
 }

@@ -29,8 +29,10 @@ use std::sync::Arc;
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
     /// Width and height of the image that the stand-in is made for, pixels, 1 to 16384.
+    #[schemars(range(min = 1, max = 16384), extend("x-unit" = "pixels"))]
     pub resolution: u32,
     /// Field of view of these images, degrees, more than 0 and less than 180.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 180.0, "x-unit" = "degrees"))]
     pub fov: f64,
     /// Samples per voxel, 1, 4 or 16: a voxel is filled if any sample is covered; its colour is the mean of the covered samples.
     /// With 4 a silhouette lies a quarter of a pixel outside the true one on average, which balances the covering mesh, which lies
@@ -38,8 +40,10 @@ pub struct Params {
     pub samples: u32,
     /// How far occluded voxels are kept where a visible surface continues behind its occluder, in voxels, 0 to 8. Simplification
     /// moves edges by up to `collapse.factor` voxels: without this skirt, gaps open between a silhouette and the surface behind it.
+    #[schemars(range(max = 8), extend("x-unit" = "voxels"))]
     pub skirt: u32,
     /// Most layers, 1 to 65535; what would need more is kept as geometry.
+    #[schemars(range(min = 1, max = 65535))]
     pub max_layers: u32,
 }
 
@@ -90,20 +94,8 @@ impl Node for RenderSlices {
     }
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
-        if !(1..=16384).contains(&params.resolution) {
-            return Err(("resolution", format!("expected 1 to 16384 pixels, found {}", params.resolution)));
-        }
-        if !(params.fov > 0.0 && params.fov < 180.0) {
-            return Err(("fov", format!("expected more than 0 and less than 180 degrees, found {}", params.fov)));
-        }
         if samples_per_side(params.samples).is_none() {
             return Err(("samples", format!("expected 1, 4 or 16, found {}", params.samples)));
-        }
-        if params.skirt > 8 {
-            return Err(("skirt", format!("expected 0 to 8 voxels, found {}", params.skirt)));
-        }
-        if !(1..=65535).contains(&params.max_layers) {
-            return Err(("max_layers", format!("expected 1 to 65535, found {}", params.max_layers)));
         }
         Ok(())
     }

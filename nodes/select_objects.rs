@@ -27,8 +27,10 @@ pub struct Params {
     /// Two corners, metres: `[[x, y, z], [x, y, z]]`. Objects whose bounds do not touch this box are left out.
     pub region: Option<[[f64; 3]; 2]>,
     /// Objects whose bounds are nearer to the cell than this are left out, metres. Needs `cell`.
+    #[schemars(range(min = 0.0), extend("x-unit" = "m"))]
     pub min_distance: Option<f64>,
     /// Objects whose bounds are as far from the cell as this or farther are left out, metres. Needs `cell`.
+    #[schemars(range(min = 0.0), extend("x-unit" = "m"))]
     pub max_distance: Option<f64>,
 }
 
@@ -71,16 +73,6 @@ impl Node for SelectObjects {
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
         if params.include.is_empty() {
             return Err(("include", "no pattern: nothing can be selected".into()));
-        }
-        if let Some(corners) = &params.region
-            && !corners.iter().flatten().all(|v| v.is_finite())
-        {
-            return Err(("region", "its corners must be finite".into()));
-        }
-        for (name, value) in [("min_distance", params.min_distance), ("max_distance", params.max_distance)] {
-            if value.is_some_and(|v| !(v.is_finite() && v >= 0.0)) {
-                return Err((name, "a distance in metres, 0 or more".into()));
-            }
         }
         if let (Some(min), Some(max)) = (params.min_distance, params.max_distance)
             && min >= max

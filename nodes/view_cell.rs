@@ -21,6 +21,7 @@ pub struct Params {
     /// Centre of the cell, metres.
     pub centre: Option<[f64; 3]>,
     /// Side lengths of the cell, metres, each > 0.
+    #[schemars(extend("x-unit" = "m"))]
     pub size: Option<[f64; 3]>,
 }
 
@@ -52,13 +53,10 @@ impl Node for ViewCell {
     }
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
-        if let Some(centre) = params.centre.filter(|c| !c.iter().all(|v| v.is_finite())) {
-            return Err(("centre", format!("expected finite coordinates, found {centre:?}")));
+        match params.size.filter(|size| size.iter().any(|v| *v <= 0.0)) {
+            Some(size) => Err(("size", format!("expected side lengths above 0 m, found {size:?}"))),
+            None => Ok(()),
         }
-        if let Some(size) = params.size.filter(|s| !s.iter().all(|v| v.is_finite() && *v > 0.0)) {
-            return Err(("size", format!("expected side lengths > 0 m, found {size:?}")));
-        }
-        Ok(())
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
@@ -110,6 +108,7 @@ fn default_cell(bounds: &Aabb) -> Option<Cell> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::nodes::testing::refused;
 
     const BOUNDS: Aabb = Aabb { min: DVec3::new(-3.13, 0.02, -8.1), max: DVec3::new(9.2, 4.9, 7.77) };
 
@@ -145,11 +144,11 @@ mod tests {
 
     #[test]
     fn bad_sizes_are_refused_before_anything_runs() {
-        for size in [[0.0, 1.0, 1.0], [1.0, f64::NAN, 1.0], [1.0, 1.0, -2.0]] {
-            assert_eq!(ViewCell::check(&Params { centre: None, size: Some(size) }).unwrap_err().0, "size");
+        for (size, name) in [([0.0, 1.0, 1.0], "size"), ([1.0, f64::NAN, 1.0], ""), ([1.0, 1.0, -2.0], "size")] {
+            assert_eq!(refused::<ViewCell>(&Params { centre: None, size: Some(size) }).as_deref(), Some(name));
         }
         let centre = Some([0.0, f64::INFINITY, 0.0]);
-        assert_eq!(ViewCell::check(&Params { centre, size: None }).unwrap_err().0, "centre");
-        assert_eq!(ViewCell::check(&Params::default()), Ok(()));
+        assert!(refused::<ViewCell>(&Params { centre, size: None }).is_some());
+        assert_eq!(refused::<ViewCell>(&Params::default()), None);
     }
 }

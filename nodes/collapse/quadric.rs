@@ -20,13 +20,17 @@ use std::{collections::BTreeMap, sync::Arc};
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
     /// Share of its triangles that each mesh keeps, 0 to 1. Topology and seams may keep more.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub ratio: f64,
     /// Triangles of the whole scene, 1 or more, shared among its meshes by their numbers of triangles; in place of `ratio`.
+    #[schemars(range(min = 1))]
     pub triangles: Option<u32>,
     /// How far the surface may move, metres, above 0; it then keeps more triangles than asked for where it must. No bound where there is none.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
     pub error: Option<f64>,
     /// What attributes count beside the shape, 0 or more: at 1 a difference of 1 in a normal's, a colour's or a texture coordinate's component
     /// counts as a displacement by the mesh's extent.
+    #[schemars(range(min = 0.0))]
     pub attributes: f64,
     /// Whether vertices of open edges stay where they are.
     pub lock_border: bool,
@@ -67,22 +71,6 @@ impl Node for Quadric {
     fn memory(_: &Params, sizes: &[u64]) -> u64 {
         // Adjacency, quadrics and attributes' gradients beside positions and triangles.
         (16 << 20) + sizes.first().copied().unwrap_or(0).saturating_mul(10)
-    }
-
-    fn check(params: &Params) -> Result<(), (&'static str, String)> {
-        if !(0.0..=1.0).contains(&params.ratio) {
-            return Err(("ratio", format!("expected 0 to 1, found {}", params.ratio)));
-        }
-        if params.triangles == Some(0) {
-            return Err(("triangles", "expected 1 or more".into()));
-        }
-        if params.error.is_some_and(|e| !(e > 0.0 && e.is_finite())) {
-            return Err(("error", format!("expected a length above 0 m, found {}", params.error.unwrap_or_default())));
-        }
-        if !(params.attributes >= 0.0 && params.attributes.is_finite()) {
-            return Err(("attributes", format!("expected 0 or more, found {}", params.attributes)));
-        }
-        Ok(())
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
@@ -183,6 +171,7 @@ fn gather<T: Pod>(values: &Array<T>, used: &[u32]) -> Array<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::nodes::testing::refused;
     use crate::scene::builtin;
 
     fn run(scene: &Scene, params: &Params) -> Scene {
@@ -248,8 +237,8 @@ mod tests {
             ("attributes", Params { attributes: -0.1, ..Params::default() }),
         ];
         for (name, params) in bad {
-            assert_eq!(Quadric::check(&params).unwrap_err().0, name);
+            assert_eq!(refused::<Quadric>(&params).as_deref(), Some(name));
         }
-        assert_eq!(Quadric::check(&Params::default()), Ok(()));
+        assert_eq!(refused::<Quadric>(&Params::default()), None);
     }
 }

@@ -1,7 +1,6 @@
 //! meshoptimizer's simplifier on a mesh over voxels, the baseline for `voxel-cover`. It knows nothing of voxels; what it covers is found
 //! afterwards.
 
-use super::voxel_cover::node::check_factor;
 use crate::{
     array::Array,
     engine::node::{Ctx, Node, NodeError},
@@ -25,8 +24,10 @@ use std::sync::Arc;
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
     /// Triangles at which it stops; 1 or more. Topology may stop it before.
+    #[schemars(range(min = 1))]
     pub triangles: u32,
     /// Side of the box in which a face covers a voxel, in voxels; 1 to 8.
+    #[schemars(range(min = 1.0, max = 8.0), extend("x-unit" = "voxels"))]
     pub factor: f64,
     /// Whether boundary vertices stay where they are.
     pub lock_border: bool,
@@ -69,14 +70,6 @@ impl Node for VoxelQuadric {
     fn memory(_: &Params, sizes: &[u64]) -> u64 {
         // Quadrics, positions and the lists of voxels beside the mesh itself.
         sizes.first().copied().unwrap_or(0).saturating_mul(6)
-    }
-
-    fn check(params: &Params) -> Result<(), (&'static str, String)> {
-        check_factor(params.factor)?;
-        if params.triangles == 0 {
-            return Err(("triangles", "expected 1 or more".into()));
-        }
-        Ok(())
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {

@@ -6,7 +6,7 @@ use crate::{
     ports,
     raster::{Geometry, MAX_SIDE},
     scene::Scene,
-    sprite::{self, Direction, Peeled, Peeling},
+    sprite::{self, Direction, Peeled, Peeling, Repair},
 };
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -20,28 +20,13 @@ use std::sync::Arc;
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
     /// Texels along a side of the image, 1 to 16384.
+    #[schemars(range(min = 1, max = 16384), extend("x-unit" = "texels"))]
     pub resolution: u32,
     /// Rays in a texel: 1, 4 or 16. With more than one a texel holds what at least half of its rays hold: no thin part is decided by one ray;
     /// `resolution` times their root may not exceed 16384.
     pub samples: u32,
     /// What happens to rays that cross the surface an odd number of times.
     pub repair: Repair,
-}
-
-/// What happens to rays that cross the surface an odd number of times.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Repair {
-    /// They are an error.
-    #[default]
-    None,
-    /// They count as empty.
-    Drop,
-    /// Crossings are kept where they enter and leave in turn.
-    Pair,
-    /// The winding number decides every ray: holes are closed, and where shapes overlap all that any of them holds is inside. For scans and
-    /// other open or self-overlapping models whose triangles turn one side outwards (Jacobson et al. 2013).
-    Winding,
 }
 
 impl Default for Params {
@@ -82,9 +67,6 @@ impl Node for Solid {
     }
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
-        if !(1..=MAX_SIDE).contains(&params.resolution) {
-            return Err(("resolution", format!("expected 1 to {MAX_SIDE} texels, found {}", params.resolution)));
-        }
         let Some(side) = samples_per_side(params.samples) else {
             return Err(("samples", format!("expected 1, 4 or 16, found {}", params.samples)));
         };
@@ -100,14 +82,11 @@ impl Node for Solid {
         let geometry = Geometry::new(&inputs.scene);
         let chosen = inputs.direction.map(|d| d.direction).or_else(|| Direction::new(DVec3::NEG_Z));
         let direction = chosen.ok_or_else(|| NodeError::Failed("no direction".into()))?;
-        let repair = match params.repair {
-            Repair::None => sprite::Repair::None,
-            Repair::Drop => sprite::Repair::Drop,
-            Repair::Pair => sprite::Repair::Pair,
-            Repair::Winding => sprite::Repair::Winding,
+        let how = Peeling {
+            resolution: params.resolution,
+            samples: samples_per_side(params.samples).unwrap_or(1),
+            repair: params.repair,
         };
-        let how =
-            Peeling { resolution: params.resolution, samples: samples_per_side(params.samples).unwrap_or(1), repair };
         let peeled = sprite::peel(backend(ctx), &geometry, &direction, &how, ctx.stop);
         let peeled = peeled.map_err(peel_error)?;
         if let Some(first) = peeled.odd.first() {

@@ -1,20 +1,10 @@
 use super::*;
 use crate::{
-    array::Bytes,
-    engine::{artifact::to_bytes, node::Door},
-    math::Stop,
+    engine::artifact::to_bytes,
+    nodes::testing::{self, refused},
     scene::{Material, Mesh, Object, Part},
 };
 use glam::{DVec3, Mat4, Vec3};
-use std::{path::Path, sync::Mutex};
-
-struct NoDoor;
-
-impl Door for NoDoor {
-    fn read(&self, _: &Path) -> Result<Option<Bytes>, NodeError> {
-        Ok(None)
-    }
-}
 
 /// A box as an object.
 fn cuboid(name: &str, min: [f32; 3], max: [f32; 3]) -> Object {
@@ -36,19 +26,7 @@ fn scene(objects: Vec<Object>) -> Arc<Scene> {
 const CELL: Cell = Cell { centre: DVec3::ZERO, half: DVec3::splat(0.5) };
 
 fn run(params: &Params, scene: &Arc<Scene>) -> (Result<Out, NodeError>, Vec<String>) {
-    let warnings = Mutex::new(vec![]);
-    let warn = |w: String| warnings.lock().unwrap().push(w);
-    let ctx = Ctx {
-        stop: &Stop::default(),
-        door: &NoDoor,
-        element: None,
-        device: None,
-        memory: 1 << 32,
-        warn: &warn,
-        progress: &|_, _| {},
-    };
-    let out = RenderSlices::run(params, In { scene: scene.clone(), cell: Arc::new(CELL) }, &ctx);
-    (out, warnings.into_inner().unwrap())
+    testing::run::<RenderSlices>(params, In { scene: scene.clone(), cell: Arc::new(CELL) })
 }
 
 fn small() -> Params {
@@ -160,15 +138,16 @@ fn ranges_of_parameters() {
     let bad = [
         (Params { resolution: 0, ..small() }, "resolution"),
         (Params { fov: 180.0, ..small() }, "fov"),
-        (Params { fov: f64::NAN, ..small() }, "fov"),
+        (Params { fov: f64::NAN, ..small() }, ""),
+        (Params { skirt: 9, ..small() }, "skirt"),
         (Params { samples: 2, ..small() }, "samples"),
         (Params { max_layers: 0, ..small() }, "max_layers"),
         (Params { max_layers: 70000, ..small() }, "max_layers"),
     ];
     for (params, name) in bad {
-        assert_eq!(RenderSlices::check(&params).unwrap_err().0, name);
+        assert_eq!(refused::<RenderSlices>(&params).as_deref(), Some(name));
     }
-    assert_eq!(RenderSlices::check(&small()), Ok(()));
+    assert_eq!(refused::<RenderSlices>(&small()), None);
 }
 
 /// The object with one side: its front, or what was its back.

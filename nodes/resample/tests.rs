@@ -2,39 +2,21 @@
 
 use super::voxels::{In, Params, Voxels};
 use crate::{
-    array::Bytes,
-    engine::node::{Ctx, Door, Node, NodeError},
+    engine::node::Node,
     image::Picture,
     math::Stop,
     mesh::ChartedMesh,
-    nodes::{collapse::voxel_cover::node as voxel_cover, pack_atlas, render_slices, voxel_mesh},
+    nodes::{collapse::voxel_cover::node as voxel_cover, pack_atlas, render_slices, testing, voxel_mesh},
     raster::{Cpu, Geometry, Rendering, Shader, picture},
     scene::{Material, Mesh, Object, Part, Scene},
     view::Cell,
     view::View,
 };
 use glam::{DVec3, Mat4};
-use std::{path::Path, sync::Arc};
-
-struct NoDoor;
-
-impl Door for NoDoor {
-    fn read(&self, _: &Path) -> Result<Option<Bytes>, NodeError> {
-        Ok(None)
-    }
-}
+use std::sync::Arc;
 
 fn run<N: Node>(params: &N::Params, inputs: N::In) -> N::Out {
-    let ctx = Ctx {
-        stop: &Stop::default(),
-        door: &NoDoor,
-        element: None,
-        device: None,
-        memory: 1 << 32,
-        warn: &|_| {},
-        progress: &|_, _| {},
-    };
-    N::run(params, inputs, &ctx).unwrap()
+    testing::run::<N>(params, inputs).0.unwrap()
 }
 
 fn object(name: &str, quads: &[[[f32; 3]; 4]], color: [f32; 4], transform: Mat4) -> Object {

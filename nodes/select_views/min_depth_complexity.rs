@@ -4,7 +4,7 @@ use crate::{
     engine::node::{Ctx, Node, NodeError},
     nodes::{backend, peel_error, values::Choice},
     ports,
-    raster::{Geometry, MAX_SIDE},
+    raster::Geometry,
     scene::Scene,
     sprite,
 };
@@ -19,10 +19,12 @@ use std::sync::Arc;
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
     /// Number of candidate directions, spread over a hemisphere, 1 to 4096.
+    #[schemars(range(min = 1, max = 4096), extend("x-unit" = "directions"))]
     pub count: u32,
     /// The paper's steps about the x and the y axis instead of `count`, each 1 to 64; [8, 8] are 13 different axes. [] for none.
     pub grid: Vec<u32>,
     /// Width and height of the image in which a candidate is judged, texels, 16 to 4096.
+    #[schemars(range(min = 16, max = 4096), extend("x-unit" = "texels"))]
     pub probe: u32,
 }
 
@@ -61,17 +63,11 @@ impl Node for MinDepthComplexity {
     }
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
-        if !(1..=4096).contains(&params.count) {
-            return Err(("count", format!("expected 1 to 4096 directions, found {}", params.count)));
-        }
         if !(params.grid.is_empty() || matches!(params.grid[..], [1..=64, 1..=64])) {
             return Err((
                 "grid",
                 format!("expected two numbers of steps from 1 to 64, or [], found {:?}", params.grid),
             ));
-        }
-        if !(16..=4096.min(MAX_SIDE)).contains(&params.probe) {
-            return Err(("probe", format!("expected 16 to 4096 texels, found {}", params.probe)));
         }
         Ok(())
     }

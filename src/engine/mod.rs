@@ -28,6 +28,7 @@ pub mod schedule;
 pub mod source;
 mod suggest;
 pub mod temporary;
+pub mod types;
 pub mod value;
 pub mod why;
 mod wire;

@@ -3,12 +3,15 @@
 //! Adding a kind, or a method of one, means one type with [`Node`] and its two lines in `nodes/mod.rs`. Ports are declared with [`ports!`](crate::ports), which
 //! keeps their doc comments as data; a kind's own documentation is the doc comment of its `Params`.
 
-use super::artifact::{self, Artifact, DecodeError};
+use super::{
+    artifact::{self, Artifact, DecodeError},
+    types::{self, Ty},
+};
 use crate::{array::Bytes, math::Stop};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::Value;
-use std::{any::Any, marker::PhantomData, path::Path, sync::Arc};
+use std::{any::Any, collections::BTreeMap, marker::PhantomData, path::Path, sync::Arc};
 
 /// A value in memory whose type the engine does not know.
 pub type Data = Arc<dyn Any + Send + Sync>;
@@ -269,7 +272,8 @@ pub trait Node: Send + Sync + 'static {
     type Out: Ports;
     /// Working memory in bytes, besides inputs and outputs, from the inputs' stored sizes (bytes, one per port).
     fn memory(params: &Self::Params, sizes: &[u64]) -> u64;
-    /// What the types cannot say: ranges and combinations, checked before anything runs. `Err((parameter, message))`.
+    /// What type and schema cannot say, such as combinations, checked before anything runs. `Err((parameter, message))`. Ranges of
+    /// numbers stand in the schema (`#[schemars(range(…))]`, with the unit as `extend("x-unit" = "px")`) and are checked before.
     fn check(_params: &Self::Params) -> Result<(), (&'static str, String)> {
         Ok(())
     }
@@ -339,9 +343,9 @@ pub enum ParamError {
     /// They do not fit the type.
     #[error(transparent)]
     Type(#[from] serde_json::Error),
-    /// They fit the type, but [`Node::check`] refuses them.
+    /// They fit the type, but a number is out of its range or [`Node::check`] refuses them.
     #[error("`{param}`: {message}")]
-    Refused { param: &'static str, message: String },
+    Refused { param: String, message: String },
 }
 
 /// Parameters that a kind has accepted: parsed once, when the plan is made.
@@ -374,7 +378,12 @@ pub trait Kind: Send + Sync {
     fn run(&self, params: &Parameters, inputs: Vec<Slot>, ctx: &Ctx) -> Result<Vec<Slot>, NodeError>;
 }
 
-struct Erased<N>(KindSpec, PhantomData<fn() -> N>);
+struct Erased<N> {
+    spec: KindSpec,
+    /// The parameters' types.
+    types: BTreeMap<String, Ty>,
+    node: PhantomData<fn() -> N>,
+}
 
 /// The object-safe form of kind `N`.
 pub fn kind<N: Node>() -> Arc<dyn Kind> {
@@ -389,7 +398,8 @@ pub fn kind<N: Node>() -> Arc<dyn Kind> {
         params: schemars::schema_for!(N::Params).to_value(),
         measures: N::measures(),
     };
-    Arc::new(Erased::<N>(spec, PhantomData))
+    let (types, _) = types::parameters(&spec.params);
+    Arc::new(Erased::<N> { spec, types, node: PhantomData })
 }
 
 impl<N: Node> Erased<N> {
@@ -400,12 +410,18 @@ impl<N: Node> Erased<N> {
 
 impl<N: Node> Kind for Erased<N> {
     fn spec(&self) -> &KindSpec {
-        &self.0
+        &self.spec
     }
     fn accept(&self, params: Value) -> Result<Parameters, ParamError> {
         let typed: N::Params = serde_json::from_value(params)?;
-        N::check(&typed).map_err(|(param, message)| ParamError::Refused { param, message })?;
-        Ok(Parameters { json: Arc::new(serde_json::to_value(&typed)?), typed: Arc::new(typed) })
+        let json = serde_json::to_value(&typed)?;
+        for (name, ty) in &self.types {
+            if let Some(message) = json.get(name).and_then(|value| ty.out_of_range(value)) {
+                return Err(ParamError::Refused { param: name.clone(), message });
+            }
+        }
+        N::check(&typed).map_err(|(param, message)| ParamError::Refused { param: param.to_owned(), message })?;
+        Ok(Parameters { json: Arc::new(json), typed: Arc::new(typed) })
     }
     fn doubts(&self, params: &Parameters) -> Vec<(&'static str, String)> {
         N::doubts(Self::typed(params))

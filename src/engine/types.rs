@@ -3,6 +3,9 @@
 use serde_json::Value;
 use std::collections::BTreeMap;
 
+/// The key of a schema that says a number's unit: `#[schemars(extend("x-unit" = "texels"))]`.
+const UNIT: &str = "x-unit";
+
 /// Nesting of schemas that is followed; below it serde alone judges.
 const DEPTH: u32 = 16;
 
@@ -15,11 +18,14 @@ pub enum Ty {
     Integer {
         min: i128,
         max: i128,
+        /// Such as `texels`; empty where there is none.
+        unit: String,
     },
     /// A finite number; bounds with whether they themselves are excluded.
     Number {
         min: Option<(f64, bool)>,
         max: Option<(f64, bool)>,
+        unit: String,
     },
     Text,
     /// A file of the outside world.
@@ -46,30 +52,56 @@ impl Ty {
         read(schema, root, 0)
     }
 
+    /// The type of a list's items, where the list says their unit.
+    fn in_unit(mut self, name: &str) -> Self {
+        if let Self::Integer { unit, .. } | Self::Number { unit, .. } = &mut self
+            && !name.is_empty()
+        {
+            name.clone_into(unit);
+        }
+        self
+    }
+
+    /// The first number in `value` that is out of its range, in words. Everything else is serde's to judge.
+    pub fn out_of_range(&self, value: &Value) -> Option<String> {
+        let refuse = || Some(format!("expected {}, found {value}", self.describe()));
+        match (self, value) {
+            (Self::Integer { min, max, .. }, Value::Number(n)) => {
+                let fits = n.as_i128().is_none_or(|v| v >= *min && v <= *max);
+                if fits { None } else { refuse() }
+            }
+            (Self::Number { min, max, .. }, Value::Number(n)) => {
+                let fits = n.as_f64().is_none_or(|v| lies_within(v, *min, *max));
+                if fits { None } else { refuse() }
+            }
+            (Self::List { first, rest, .. }, Value::Array(items)) => {
+                items.iter().enumerate().find_map(|(i, item)| first.get(i).unwrap_or(rest).out_of_range(item))
+            }
+            (Self::Table { fields, rest, .. }, Value::Object(members)) => members.iter().find_map(|(name, value)| {
+                let wrong = fields.get(name).or(rest.as_deref())?.out_of_range(value)?;
+                Some(format!("`{name}`: {wrong}"))
+            }),
+            (Self::OneOf(types), _) => {
+                let wrong: Option<Vec<String>> = types.iter().map(|ty| ty.out_of_range(value)).collect();
+                wrong.and_then(|wrong| wrong.into_iter().next())
+            }
+            _ => None,
+        }
+    }
+
     /// "a number in 0 … 1", for messages and the reference.
     pub fn describe(&self) -> String {
-        let range = |min: Option<String>, max: Option<String>| match (min, max) {
-            (Some(min), Some(max)) => format!(" in {min} … {max}"),
-            (Some(min), None) => format!(" of at least {min}"),
-            (None, Some(max)) => format!(" of at most {max}"),
-            (None, None) => String::new(),
-        };
         match self {
             Self::Any => "any value".to_owned(),
             Self::Bool => "true or false".to_owned(),
-            Self::Integer { min, max } => {
-                let shown = |v: &i128| (v.unsigned_abs() < u128::from(u32::MAX)).then(|| v.to_string());
-                format!("a whole number{}", range(shown(min), shown(max)))
+            Self::Integer { min, max, unit } => {
+                let shown = |v: &i128| (v.unsigned_abs() < u128::from(u32::MAX)).then(|| (v.to_string(), false));
+                format!("a whole number{}{}", range(shown(min), shown(max)), after_space(unit))
             }
-            Self::Number { min, max } => match (min, max) {
-                (Some((0.0, true)), None) => "a number above 0".to_owned(),
-                _ => {
-                    let shown = |bound: &Option<(f64, bool)>| {
-                        bound.map(|(v, out)| if out { format!("{v} (excluded)") } else { v.to_string() })
-                    };
-                    format!("a number{}", range(shown(min), shown(max)))
-                }
-            },
+            Self::Number { min, max, unit } => {
+                let shown = |bound: &Option<(f64, bool)>| bound.map(|(v, out)| (v.to_string(), out));
+                format!("a number{}{}", range(shown(min), shown(max)), after_space(unit))
+            }
             Self::Text => "text in quotes".to_owned(),
             Self::Path => "the path of a file, in quotes".to_owned(),
             Self::Word(words) => match &words[..] {
@@ -92,6 +124,31 @@ impl Ty {
             Self::OneOf(types) => types.iter().map(Self::describe).collect::<Vec<_>>().join(", or "),
         }
     }
+}
+
+/// " in 0 … 1" or " above 0 and at most 1", of bounds with whether they are excluded.
+fn range(min: Option<(String, bool)>, max: Option<(String, bool)>) -> String {
+    let low = |(v, out): &(String, bool)| if *out { format!("above {v}") } else { format!("of at least {v}") };
+    let high = |(v, out): &(String, bool)| if *out { format!("below {v}") } else { format!("at most {v}") };
+    match (&min, &max) {
+        (Some((min, false)), Some((max, false))) => format!(" in {min} … {max}"),
+        (Some(min), Some(max)) => format!(" {} and {}", low(min), high(max)),
+        (Some(min), None) => format!(" {}", low(min)),
+        (None, Some(max @ (_, false))) => format!(" of {}", high(max)),
+        (None, Some(max)) => format!(" {}", high(max)),
+        (None, None) => String::new(),
+    }
+}
+
+fn after_space(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!(" {unit}") }
+}
+
+/// Whether a number lies between bounds, each with whether it is excluded itself.
+pub fn lies_within(value: f64, min: Option<(f64, bool)>, max: Option<(f64, bool)>) -> bool {
+    let low = min.is_some_and(|(m, open)| value < m || open && value == m);
+    let high = max.is_some_and(|(m, open)| value > m || open && value == m);
+    !low && !high
 }
 
 fn read(schema: &Value, root: &Value, depth: u32) -> Ty {
@@ -147,6 +204,7 @@ fn plain(name: &str, schema: &Value, root: &Value, depth: u32) -> Ty {
     let number = |key: &str| get(key).and_then(Value::as_f64);
     let count = |key: &str| get(key).and_then(Value::as_u64).and_then(|v| usize::try_from(v).ok());
     let format = get("format").and_then(Value::as_str).unwrap_or_default();
+    let unit = get(UNIT).and_then(Value::as_str).unwrap_or_default().to_owned();
     match name {
         "boolean" => Ty::Bool,
         "integer" => {
@@ -167,18 +225,19 @@ fn plain(name: &str, schema: &Value, root: &Value, depth: u32) -> Ty {
             Ty::Integer {
                 min: [at_least, above].into_iter().flatten().fold(lowest, i128::max),
                 max: [at_most, below].into_iter().flatten().fold(highest, i128::min),
+                unit,
             }
         }
         "number" => {
             let bound =
                 |open: &str, closed: &str| number(open).map(|v| (v, true)).or(number(closed).map(|v| (v, false)));
-            Ty::Number { min: bound("exclusiveMinimum", "minimum"), max: bound("exclusiveMaximum", "maximum") }
+            Ty::Number { min: bound("exclusiveMinimum", "minimum"), max: bound("exclusiveMaximum", "maximum"), unit }
         }
         "string" if format == "source-path" => Ty::Path,
         "string" => Ty::Text,
         "array" => Ty::List {
             first: get("prefixItems").and_then(Value::as_array).into_iter().flatten().map(next).collect(),
-            rest: Box::new(get("items").map_or(Ty::Any, next)),
+            rest: Box::new(get("items").map_or(Ty::Any, next).in_unit(&unit)),
             min: count("minItems").unwrap_or(0),
             max: count("maxItems").unwrap_or(usize::MAX),
         },
@@ -214,6 +273,7 @@ pub fn parameters(root: &Value) -> (BTreeMap<String, Ty>, Vec<String>) {
 mod tests {
     use super::*;
     use schemars::JsonSchema;
+    use serde_json::json;
 
     #[derive(JsonSchema)]
     #[expect(dead_code, reason = "only its schema is used")]
@@ -230,6 +290,12 @@ mod tests {
         factor: f64,
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         side: Option<f64>,
+        #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 180.0, "x-unit" = "degrees"))]
+        fov: f64,
+        #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
+        dot: f64,
+        #[schemars(inner(range(min = 1, max = 4096)), extend("x-unit" = "pixels"))]
+        size: [u32; 2],
         #[schemars(range(min = 1))]
         views: u32,
         samples: Option<u8>,
@@ -248,6 +314,9 @@ mod tests {
         for (name, expect) in [
             ("factor", "a number in 1 … 8"),
             ("side", "a number above 0"),
+            ("fov", "a number above 0 and below 180 degrees"),
+            ("dot", "a number above 0 and at most 1"),
+            ("size", "a list of 2, each a whole number in 1 … 4096 pixels"),
             ("views", "a whole number of at least 1"),
             ("samples", "a whole number in 0 … 255"),
             ("policy", "\"Cover\" or \"Quadric\""),
@@ -264,5 +333,26 @@ mod tests {
             assert!(same, "{name}: {words}");
         }
         assert!(required.contains(&"factor".to_owned()) && !required.contains(&"side".to_owned()));
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_found_wherever_they_are() {
+        let schema = schemars::schema_for!(Params).to_value();
+        let (types, _) = parameters(&schema);
+        for (name, value, expect) in [
+            ("factor", json!(8.0), None),
+            ("factor", json!(8.5), Some("expected a number in 1 … 8, found 8.5")),
+            ("side", json!(null), None),
+            ("side", json!(0.0), Some("expected a number above 0, found 0.0")),
+            ("fov", json!(180.0), Some("expected a number above 0 and below 180 degrees, found 180.0")),
+            ("dot", json!(1.0), None),
+            ("size", json!([1, 5000]), Some("expected a whole number in 1 … 4096 pixels, found 5000")),
+            ("views", json!(0), Some("expected a whole number of at least 1, found 0")),
+        ] {
+            assert_eq!(types[name].out_of_range(&value).as_deref(), expect, "{name}");
+        }
+        let table = Ty::Table { fields: types, required: Vec::new(), rest: None };
+        let wrong = table.out_of_range(&json!({ "dot": 0.5, "views": 0 }));
+        assert_eq!(wrong.as_deref(), Some("`views`: expected a whole number of at least 1, found 0"));
     }
 }

@@ -11,6 +11,8 @@ use crate::{
 };
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// The unit cube around a solid, turned so that rays run along its third axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,17 +90,18 @@ impl Frame {
 }
 
 /// What happens to rays that cross the surface an odd number of times.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Repair {
     /// They are an error.
     #[default]
     None,
     /// They count as empty.
     Drop,
-    /// Crossings are kept where they enter and leave in turn, by the side of the surface that they see.
+    /// Crossings are kept where they enter and leave in turn.
     Pair,
-    /// Inside is where the winding number says so, on every ray: where surfaces overlap, all that any of them holds, and where they
-    /// have holes, what they enclose. Triangles must be counter-clockwise seen from outside, or all clockwise.
+    /// The winding number decides every ray: holes are closed, and where shapes overlap all that any of them holds is inside. For scans and
+    /// other open or self-overlapping models whose triangles turn one side outwards (Jacobson et al. 2013).
     Winding,
 }
 

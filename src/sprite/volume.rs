@@ -3,6 +3,8 @@
 use super::{Frame, LayeredDepthImage};
 use crate::math::Aabb;
 use glam::{DAffine3, DMat3, DVec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
 /// Where a solid is put: scaled and turned about the centre of its cube, which goes to `centre`.
@@ -38,11 +40,16 @@ pub struct Volume {
 }
 
 /// Where a cube around a point lies: the eight-corner test of section 3.3.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Zone {
-    Outside,
-    Border,
+    /// All corners lie inside.
+    #[default]
     Inside,
+    /// Some corners lie inside and some outside.
+    Border,
+    /// No corner lies inside.
+    Outside,
 }
 
 /// Points origin + t·direction, t ≥ 0.

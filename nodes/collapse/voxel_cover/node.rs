@@ -21,10 +21,12 @@ use std::sync::Arc;
 pub struct Params {
     /// Side of the box in which a voxel must be touched, in voxels; 1 to 8. Larger: fewer triangles, a larger error
     /// (about `factor` pixels seen from the cell). The paper: 1.5 to 2.
+    #[schemars(range(min = 1.0, max = 8.0), extend("x-unit" = "voxels"))]
     pub factor: f64,
     /// Triangles to which each connected mesh is simplified at most; 1 or more. Instead of `factor` the smallest factor
     /// of 1 to 8 that leaves no more, found by a search. The error bound follows the factor. An error where 8 leaves more. For a number of all
     /// meshes together connect `fit-factor` (in `tdm` the knob `triangles`).
+    #[schemars(range(min = 1))]
     pub triangles: Option<u32>,
 }
 
@@ -58,12 +60,6 @@ pub fn unfit(e: FitError) -> NodeError {
     }
 }
 
-/// What the parameter `factor` may be.
-pub fn check_factor(factor: f64) -> Result<(), (&'static str, String)> {
-    let fits = FACTORS.contains(&factor);
-    if fits { Ok(()) } else { Err(("factor", format!("expected 1 to 8 voxels, found {factor}"))) }
-}
-
 pub struct VoxelCover;
 
 impl Node for VoxelCover {
@@ -77,14 +73,6 @@ impl Node for VoxelCover {
     fn memory(_: &Params, sizes: &[u64]) -> u64 {
         // Corner table, points, lists and the queue beside the mesh itself.
         sizes.first().copied().unwrap_or(0).saturating_mul(6)
-    }
-
-    fn check(params: &Params) -> Result<(), (&'static str, String)> {
-        check_factor(params.factor)?;
-        if params.triangles == Some(0) {
-            return Err(("triangles", "expected 1 or more".into()));
-        }
-        Ok(())
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {

@@ -41,8 +41,8 @@ pub fn judge(
     let params = match info.kind.accept(params) {
         Ok(params) => params,
         Err(ParamError::Refused { param, message }) => {
-            let label = if node.get(param).is_some() { "refused" } else { "the default does not fit" };
-            problems.push(at(param, format!("node `{name}`, `{param}`: {message}"), label));
+            let label = if node.get(&param).is_some() { "refused" } else { "the default does not fit" };
+            problems.push(at(&param, format!("node `{name}`, `{param}`: {message}"), label));
             return None;
         }
         Err(ParamError::Type(e)) => {

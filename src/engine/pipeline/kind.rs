@@ -4,12 +4,12 @@ use super::{
     draft::{Draft, DraftNode},
     item::{Item, what},
     problem::Problem,
-    types::{self, Ty},
 };
 use crate::engine::{
     node::{Kind, PortSpec},
     registry::{About, Registry, Unknown},
     suggest,
+    types::{self, Ty},
 };
 use serde_json::Value;
 use std::{collections::BTreeMap, rc::Rc, sync::Arc};

@@ -8,12 +8,12 @@ use super::{
     kind::{KindInfo, Kinds, OWN_KEYS},
     problem::Problem,
     source::Place,
-    types::Ty,
     value::Values,
 };
 use crate::engine::{
     node::{Arity, Parameters},
     registry::Registry,
+    types::Ty,
 };
 use serde_json::{Map, Value};
 use std::rc::Rc;

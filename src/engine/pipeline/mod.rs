@@ -18,16 +18,17 @@ mod read;
 mod reference;
 mod require;
 mod source;
-mod types;
 mod value;
 
-pub use super::suggest::{did_you_mean, elide, list as name_list, nearest};
+pub use super::{
+    suggest::{did_you_mean, elide, list as name_list, nearest},
+    types::{Ty, parameters},
+};
 pub use item::valid_name;
 pub use kind::OWN_KEYS;
 pub use problem::{Problem, Problems};
 pub use read::Stock;
 pub use source::{Place, Source, Sources};
-pub use types::{Ty, parameters};
 
 use super::{
     plan::{NodeId, OutputRef, Plan, PlanInput, PlanNode, Publish, Requirement},

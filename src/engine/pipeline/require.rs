@@ -6,11 +6,10 @@ use super::{
     link::{Links, Output},
     problem::Problem,
     source::{Place, Sources},
-    types::Ty,
     value::Values,
 };
 use crate::engine::node::Measure;
-use crate::engine::suggest;
+use crate::engine::{suggest, types::Ty};
 use toml::de::DeValue;
 
 const FORM: &str = "a bound is { min = … }, { max = … }, both, or a number that must be met exactly";
@@ -119,7 +118,7 @@ fn bound<'s>(
     values: &Values<'s>,
     problems: &mut Vec<Problem>,
 ) -> Option<(Option<f64>, Option<f64>)> {
-    let number = Ty::Number { min: None, max: None };
+    let number = Ty::Number { min: None, max: None, unit: String::new() };
     let DeValue::Table(table) = item.value else {
         if !matches!(item.value, DeValue::Integer(_) | DeValue::Float(_) | DeValue::String(_)) {
             let message = format!("`{path}` is {}, expected a bound", what(item.value));

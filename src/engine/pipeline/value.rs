@@ -4,9 +4,14 @@ use super::{
     item::{Item, Items, reference, references, valid_name, what},
     problem::Problem,
     source::{Place, Sources},
-    types::Ty,
 };
-use crate::{engine::suggest, regular};
+use crate::{
+    engine::{
+        suggest,
+        types::{Ty, lies_within},
+    },
+    regular,
+};
 use serde_json::{Map, Number, Value};
 use std::{cell::RefCell, collections::BTreeSet, path::Path};
 use toml::{
@@ -23,6 +28,9 @@ pub struct Values<'s> {
     /// References to knobs that are not there.
     pub missed: RefCell<BTreeSet<&'s str>>,
 }
+
+/// Why a number of the right type is refused.
+const OUT_OF_RANGE: &str = "out of range";
 
 /// A value on its way, with the reference to a knob that led to it.
 #[derive(Clone, Copy)]
@@ -76,12 +84,12 @@ impl<'s> Values<'s> {
         }
         match (ty, found.value) {
             (Ty::Bool, DeValue::Boolean(b)) => Some(Value::Bool(*b)),
-            (Ty::Integer { min, max }, DeValue::Integer(i)) => {
+            (Ty::Integer { min, max, .. }, DeValue::Integer(i)) => {
                 let value = integer(i);
                 let json = value.filter(|v| v >= min && v <= max).and_then(Number::from_i128);
-                json.map_or_else(|| self.refuse(found, ty, "is out of range", problems), |n| Some(Value::Number(n)))
+                json.map_or_else(|| self.refuse(found, ty, OUT_OF_RANGE, problems), |n| Some(Value::Number(n)))
             }
-            (Ty::Number { min, max }, DeValue::Integer(_) | DeValue::Float(_)) => {
+            (Ty::Number { min, max, .. }, DeValue::Integer(_) | DeValue::Float(_)) => {
                 let value = match found.value {
                     DeValue::Integer(i) => integer(i).map(|v| v as f64),
                     DeValue::Float(f) => f.as_str().parse::<f64>().ok(),
@@ -91,10 +99,8 @@ impl<'s> Values<'s> {
                     return self.refuse(found, ty, "is no finite number", problems);
                 };
                 let value = value.unwrap_or_default();
-                let low = min.is_some_and(|(m, open)| value < m || open && value == m);
-                let high = max.is_some_and(|(m, open)| value > m || open && value == m);
-                if low || high {
-                    return self.refuse(found, ty, "is out of range", problems);
+                if !lies_within(value, *min, *max) {
+                    return self.refuse(found, ty, OUT_OF_RANGE, problems);
                 }
                 Some(Value::Number(json))
             }
@@ -285,10 +291,12 @@ impl<'s> Values<'s> {
         match found.value {
             DeValue::String(s) => Some(Value::String(s.clone().into_owned())),
             DeValue::Boolean(b) => Some(Value::Bool(*b)),
-            DeValue::Integer(_) => {
-                self.value(found, &Ty::Integer { min: i64::MIN.into(), max: u64::MAX.into() }, problems)
-            }
-            DeValue::Float(_) => self.value(found, &Ty::Number { min: None, max: None }, problems),
+            DeValue::Integer(_) => self.value(
+                found,
+                &Ty::Integer { min: i64::MIN.into(), max: u64::MAX.into(), unit: String::new() },
+                problems,
+            ),
+            DeValue::Float(_) => self.value(found, &Ty::Number { min: None, max: None, unit: String::new() }, problems),
             DeValue::Datetime(d) => Some(Value::String(d.to_string())),
             DeValue::Array(_) => {
                 let ty = Ty::List { first: Vec::new(), rest: Box::new(Ty::Any), min: 0, max: usize::MAX };
@@ -304,10 +312,18 @@ impl<'s> Values<'s> {
     /// The problem that `found` does not fit `ty`.
     fn refuse(&self, found: Found<'s>, ty: &Ty, why: &str, problems: &mut Vec<Problem>) -> Option<Value> {
         let (name, wanted) = (found.name, ty.describe());
-        let (message, label) = if why.is_empty() {
-            (format!("`{name}` is {}, expected {wanted}", what(found.value)), format!("found {}", what(found.value)))
-        } else {
-            (format!("`{name}` {why}, expected {wanted}"), why.trim_start_matches("is ").to_owned())
+        let (message, label) = match (why, found.value) {
+            ("", value) => {
+                (format!("`{name}` is {}, expected {wanted}", what(value)), format!("found {}", what(value)))
+            }
+            (OUT_OF_RANGE, DeValue::Integer(i)) => {
+                let shown = integer(i).map_or_else(|| i.as_str().to_owned(), |v| v.to_string());
+                (format!("`{name}` is {shown}, expected {wanted}"), OUT_OF_RANGE.to_owned())
+            }
+            (OUT_OF_RANGE, DeValue::Float(f)) => {
+                (format!("`{name}` is {}, expected {wanted}", f.as_str()), OUT_OF_RANGE.to_owned())
+            }
+            _ => (format!("`{name}` {why}, expected {wanted}"), why.trim_start_matches("is ").to_owned()),
         };
         self.report(found, message, &label, problems, || match (found.value, ty) {
             (DeValue::Integer(i), Ty::Integer { max, .. }) if integer(i).is_none_or(|v| v > *max) => {
