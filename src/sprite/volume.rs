@@ -39,17 +39,17 @@ pub struct Volume {
     to_world: DAffine3,
 }
 
-/// Where a cube around a point lies: the eight-corner test of section 3.3.
+/// Where a cube around a point lies: the eight-corner test of section 3.3. Shaders know the zones by their numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Zone {
+    /// No corner lies inside.
+    Outside,
+    /// Some corners lie inside and some outside.
+    Border,
     /// All corners lie inside.
     #[default]
     Inside,
-    /// Some corners lie inside and some outside.
-    Border,
-    /// No corner lies inside.
-    Outside,
 }
 
 /// Points origin + t·direction, t ≥ 0.
