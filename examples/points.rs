@@ -6,7 +6,7 @@ use farfield::{
     gpu::{Gpu, Wanted},
     math::{Sequence, Stop},
     raster::{Cpu, Geometry},
-    sprite::{Exact, Grid, Layout, Packed, Peeling, Repair, judge, peel, spread},
+    sprite::{DepthQuantizer, Exact, Layout, Packed, Peeling, Repair, judge, peel, spread},
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         peel(&Cpu, &geometry, &best.direction, &Peeling { resolution, samples: 1, repair: Repair::None }, &stop)?;
     let image = peeled.image.crop().ok_or("nothing was peeled")?;
     let exact = Exact::new(&geometry, &peeled.frame);
-    let grid = Grid::around(&image);
+    let grid = DepthQuantizer::around(&image);
     let layouts: Vec<(String, Packed)> = Layout::ALL
         .into_iter()
         .flat_map(|l| {

@@ -3,7 +3,7 @@
 use super::{
     json_file,
     values::Sprite,
-    volumes::{self, Place},
+    volumes::{self, SpritePlace},
 };
 use crate::{
     engine::{
@@ -30,7 +30,7 @@ use std::sync::Arc;
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
     /// Where sprites are put; [] leaves each where its solid was, under its own name.
-    pub places: Vec<Place>,
+    pub places: Vec<SpritePlace>,
     /// Points that are spread where no scene gives any, 1 to 1,000,000.
     #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "points"))]
     pub count: u32,

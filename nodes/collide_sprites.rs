@@ -3,7 +3,7 @@
 use super::{
     json_file,
     values::Sprite,
-    volumes::{self, Place},
+    volumes::{self, SpritePlace},
 };
 use crate::{
     engine::{
@@ -24,7 +24,7 @@ use std::sync::Arc;
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
     /// Where sprites are put; [] leaves each where its solid was, under its own name.
-    pub places: Vec<Place>,
+    pub places: Vec<SpritePlace>,
 }
 
 ports! {

@@ -2,7 +2,7 @@
 
 use super::{
     values::Sprite,
-    volumes::{self, Place, unknown},
+    volumes::{self, SpritePlace, unknown},
 };
 use crate::{
     engine::{
@@ -28,7 +28,7 @@ use std::sync::Arc;
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
     /// Where sprites are put; [] leaves each where its solid was, under its own name.
-    pub places: Vec<Place>,
+    pub places: Vec<SpritePlace>,
     /// Applied one after the other to every point: where volumes intersect, their effects do too.
     pub effects: Vec<Effect>,
     /// Volumes that are drawn themselves.
@@ -179,7 +179,7 @@ impl Node for DrawSprites {
                 return Err(("effects", format!("`{}`: the zone `border` needs a `border` above 0 m", e.volume)));
             }
         }
-        let names: Vec<&str> = params.places.iter().map(Place::name).collect();
+        let names: Vec<&str> = params.places.iter().map(SpritePlace::name).collect();
         let unplaced = |volume: &str| !names.is_empty() && !names.iter().any(|name| matches(volume, name));
         let effects = params.effects.iter().map(|e| ("effects", &e.volume));
         let asked = effects.chain(params.solids.iter().map(|s| ("solids", &s.volume)));
@@ -303,7 +303,7 @@ mod tests {
 
     #[test]
     fn mistakes_are_named_before_anything_runs() {
-        let place = |name: &str, scale| Place {
+        let place = |name: &str, scale| SpritePlace {
             name: Some(name.into()),
             sprite: Some("box".into()),
             at: None,

@@ -240,7 +240,7 @@ mod tests {
     fn the_documented_places_of_sprites_are_places() {
         #[derive(serde::Deserialize)]
         struct Document {
-            places: Vec<crate::nodes::volumes::Place>,
+            places: Vec<crate::nodes::volumes::SpritePlace>,
         }
         let text = include_str!("../docs/scene.md");
         let (_, rest) = text.split_once("```toml places\n").unwrap();

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// A sprite in the world. Several may show the same one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Place {
+pub struct SpritePlace {
     /// How effects call it; the sprite's name where there is none.
     #[serde(default)]
     pub name: Option<String>,
@@ -40,14 +40,14 @@ fn one() -> f64 {
     1.0
 }
 
-impl Place {
+impl SpritePlace {
     pub fn name(&self) -> &str {
         self.name.as_deref().or(self.sprite.as_deref()).unwrap_or_default()
     }
 }
 
 /// What is wrong with places, if anything.
-pub fn check(places: &[Place]) -> Result<(), (&'static str, String)> {
+pub fn check(places: &[SpritePlace]) -> Result<(), (&'static str, String)> {
     for (i, place) in places.iter().enumerate() {
         let name = place.name();
         if name.is_empty() {
@@ -64,13 +64,13 @@ pub fn check(places: &[Place]) -> Result<(), (&'static str, String)> {
 }
 
 /// The volumes of `places`, or without any all sprites where they are, by name.
-pub fn volumes(places: &[Place], sprites: &List<Sprite>) -> Result<Vec<(String, Volume)>, NodeError> {
+pub fn volumes(places: &[SpritePlace], sprites: &List<Sprite>) -> Result<Vec<(String, Volume)>, NodeError> {
     let new = |sprite: &Sprite, placement: &Placement| Volume::new(sprite.packed.unpack(), &sprite.frame, placement);
     if places.is_empty() {
         let all = sprites.0.iter().map(|(name, s)| (name.clone(), new(s, &Placement::default())));
         return Ok(all.collect());
     }
-    let place = |(i, p): (usize, &Place)| {
+    let place = |(i, p): (usize, &SpritePlace)| {
         let found = match &p.sprite {
             Some(wanted) => sprites.0.iter().find(|(name, _)| name == wanted),
             None => sprites.0.iter().cycle().nth(i),
@@ -106,19 +106,19 @@ pub fn unknown<'a>(param: &str, name: &str, known: impl Iterator<Item = &'a str>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sprite::{Frame, LayeredDepthImage, Layout, Packed};
+    use crate::sprite::{CubeFrame, LayeredDepthImage, Layout, Packed};
     use std::sync::Arc;
 
     fn sprite(depth: f32, side: f64) -> Arc<Sprite> {
         let image = LayeredDepthImage::new([1, 1], [vec![0.0, depth]]);
-        let frame = Frame::from_parts([DVec3::X, DVec3::Y, -DVec3::Z], DVec3::ZERO, side).unwrap();
+        let frame = CubeFrame::from_parts([DVec3::X, DVec3::Y, -DVec3::Z], DVec3::ZERO, side).unwrap();
         Arc::new(Sprite { packed: Packed::new(&image, Layout::Raw).unwrap(), frame })
     }
 
     #[test]
     fn places_without_a_sprite_take_them_in_turn() {
         let sprites = List(vec![("a".to_owned(), sprite(0.5, 2.0)), ("b".to_owned(), sprite(0.25, 8.0))]);
-        let place = |name: &str, sprite: Option<&str>, size| Place {
+        let place = |name: &str, sprite: Option<&str>, size| SpritePlace {
             name: Some(name.into()),
             sprite: sprite.map(str::to_owned),
             at: None,
@@ -141,8 +141,8 @@ mod tests {
         );
         let message = volumes(&[place("one", Some("c"), None)], &sprites).unwrap_err().to_string();
         assert!(message.contains("there is no `c`; there are `a`, `b`"), "{message}");
-        let nameless = Place { name: None, ..place("", None, None) };
-        let twice = Place { scale: 2.0, ..place("one", None, Some(1.0)) };
+        let nameless = SpritePlace { name: None, ..place("", None, None) };
+        let twice = SpritePlace { scale: 2.0, ..place("one", None, Some(1.0)) };
         for wrong in [nameless, twice] {
             assert!(check(&[wrong]).is_err());
         }

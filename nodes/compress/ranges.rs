@@ -4,7 +4,7 @@ use crate::{
     engine::node::{Ctx, Node, NodeError},
     nodes::values::Sprite,
     ports,
-    sprite::{self, Grid, Packed, Peeled},
+    sprite::{self, DepthQuantizer, Packed, Peeled},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -88,7 +88,7 @@ impl Node for Ranges {
     fn run(params: &Params, inputs: In, _: &Ctx) -> Result<Out, NodeError> {
         let image = inputs.image.image.crop();
         let image = image.ok_or_else(|| NodeError::Failed("the image is empty: no texel holds a depth".into()))?;
-        let grid = (params.depths == Depths::U16).then(|| Grid::around(&image));
+        let grid = (params.depths == Depths::U16).then(|| DepthQuantizer::around(&image));
         let new = |layout| grid.map_or_else(|| Packed::new(&image, layout), |grid| Packed::short(&image, layout, grid));
         let packed = match params.layout {
             Layout::Smallest => Packed::smallest(&image, grid),

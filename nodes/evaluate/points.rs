@@ -8,7 +8,7 @@ use crate::{
     math::Sequence,
     nodes::{
         json_file,
-        values::{Choice, Sprite},
+        values::{ChosenDirection, Sprite},
     },
     ports,
     raster::Geometry,
@@ -48,7 +48,7 @@ ports! {
         /// What was made of it.
         sprite: Arc<Sprite>,
         /// How its direction was chosen.
-        direction: Option<Arc<Choice>>,
+        direction: Option<Arc<ChosenDirection>>,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::{
     engine::node::{Ctx, Node, NodeError},
-    nodes::{backend, peel_error, samples_per_side, values::Choice},
+    nodes::{backend, peel_error, samples_per_side, values::ChosenDirection},
     ports,
     raster::{Geometry, MAX_SIDE},
     scene::Scene,
@@ -40,7 +40,7 @@ ports! {
         /// The solid. Where shapes overlap, inside is what an odd number of them holds.
         scene: Arc<Scene>,
         /// Along which direction; without it along −Z.
-        direction: Option<Arc<Choice>>,
+        direction: Option<Arc<ChosenDirection>>,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::{
     engine::node::{Ctx, Node, NodeError},
-    nodes::{backend, peel_error, values::Choice},
+    nodes::{backend, peel_error, values::ChosenDirection},
     ports,
     raster::Geometry,
     scene::Scene,
@@ -44,7 +44,7 @@ ports! {
 ports! {
     pub struct Out {
         /// The direction, with the least and the greatest depth complexity of all candidates.
-        direction: Arc<Choice>,
+        direction: Arc<ChosenDirection>,
     }
 }
 
@@ -82,6 +82,6 @@ impl Node for MinDepthComplexity {
         let judged = judged.map_err(peel_error)?;
         let all = || judged.iter().map(|c| c.depth_complexity);
         let depth_complexity = [all().min().unwrap_or(0), all().max().unwrap_or(0)];
-        Ok(Out { direction: Arc::new(Choice { direction: judged[0].direction, depth_complexity }) })
+        Ok(Out { direction: Arc::new(ChosenDirection { direction: judged[0].direction, depth_complexity }) })
     }
 }

@@ -14,4 +14,4 @@ mod voxel_mesh;
 
 pub use bound::Bound;
 pub use factor::Factor;
-pub use sprite::{Choice, Sprite};
+pub use sprite::{ChosenDirection, Sprite};

@@ -8,11 +8,11 @@ use crate::{
 use glam::DVec3;
 
 /// A frustum as numbers: right, up, forward, then the window's left, right, bottom and top.
-type Frame = [f64; 13];
+type FrustumNumbers = [f64; 13];
 /// Width, height, then for each side (frustum, side, reversed); a frustum of `u32::MAX` means "none".
-type Image = [u32; 14];
+type ImageNumbers = [u32; 14];
 
-fn frame(f: &Frustum) -> Frame {
+fn frame(f: &Frustum) -> FrustumNumbers {
     let mut out = [0.0; 13];
     for (i, v) in [f.right, f.up, f.forward].into_iter().enumerate() {
         out[3 * i..3 * i + 3].copy_from_slice(&v.to_array());
@@ -21,7 +21,7 @@ fn frame(f: &Frustum) -> Frame {
     out
 }
 
-fn image(f: &Frustum) -> Image {
+fn image(f: &Frustum) -> ImageNumbers {
     let mut out = [0; 14];
     out[..2].copy_from_slice(&f.size);
     for (i, across) in f.across.iter().enumerate() {
@@ -31,7 +31,7 @@ fn image(f: &Frustum) -> Image {
     out
 }
 
-fn frustum(frame: &Frame, image: &Image) -> Result<Frustum, DecodeError> {
+fn frustum(frame: &FrustumNumbers, image: &ImageNumbers) -> Result<Frustum, DecodeError> {
     let vector = |i: usize| DVec3::new(frame[i], frame[i + 1], frame[i + 2]);
     let mut across = [None; 4];
     for (i, link) in across.iter_mut().enumerate() {
@@ -76,7 +76,7 @@ impl Artifact for Slices {
         let ([centre, half], [alpha]) = (&cell[..], &alpha[..]) else {
             return Err(DecodeError::section("cell", "expected two vectors and one angle"));
         };
-        let (frames, images) = (data.array::<Frame>("frames")?, data.array::<Image>("images")?);
+        let (frames, images) = (data.array::<FrustumNumbers>("frames")?, data.array::<ImageNumbers>("images")?);
         if frames.len() != images.len() {
             return Err(DecodeError::section("frames", format!("{} with {} images", frames.len(), images.len())));
         }

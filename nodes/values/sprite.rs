@@ -2,13 +2,13 @@
 
 use crate::{
     engine::artifact::{Artifact, DecodeError, Decoder, Encoder},
-    sprite::{Direction, Frame, Grid, LayeredDepthImage, Layout, OddRay, Packed, Peeled, Region, Repair},
+    sprite::{CubeFrame, DepthQuantizer, Direction, LayeredDepthImage, Layout, OddRay, Packed, Peeled, Region, Repair},
 };
 use glam::DVec3;
 
 /// A direction that was chosen, and among what.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Choice {
+pub struct ChosenDirection {
     pub direction: Direction,
     /// Least and greatest depth complexity of the directions that were judged; the least is that of the chosen one.
     pub depth_complexity: [u32; 2],
@@ -18,10 +18,10 @@ pub struct Choice {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sprite {
     pub packed: Packed,
-    pub frame: Frame,
+    pub frame: CubeFrame,
 }
 
-impl Artifact for Choice {
+impl Artifact for ChosenDirection {
     const TYPE: &'static str = "Direction";
     const FORMAT: u32 = 1;
 
@@ -42,7 +42,7 @@ impl Artifact for Choice {
     }
 }
 
-fn put(out: &mut Encoder, image: &LayeredDepthImage, frame: &Frame) {
+fn put(out: &mut Encoder, image: &LayeredDepthImage, frame: &CubeFrame) {
     let ([right, up, forward], centre, side) = frame.parts();
     let axes = [right, up, forward, centre].map(|v| v.to_array());
     out.array("frame", &axes);
@@ -53,12 +53,12 @@ fn put(out: &mut Encoder, image: &LayeredDepthImage, frame: &Frame) {
     out.array("depths", image.depths());
 }
 
-fn get(data: &Decoder) -> Result<(LayeredDepthImage, Frame), DecodeError> {
+fn get(data: &Decoder) -> Result<(LayeredDepthImage, CubeFrame), DecodeError> {
     let (axes, side) = (data.array::<[f64; 3]>("frame")?, data.array::<f64>("side")?);
     let ([right, up, forward, centre], [side]) = (&axes[..], &side[..]) else {
         return Err(DecodeError::section("frame", "expected four vectors and a length"));
     };
-    let frame = Frame::from_parts([*right, *up, *forward].map(DVec3::from), DVec3::from(*centre), *side);
+    let frame = CubeFrame::from_parts([*right, *up, *forward].map(DVec3::from), DVec3::from(*centre), *side);
     let frame = frame.ok_or_else(|| DecodeError::section("frame", "no orthonormal axes and a side above 0"))?;
     let region = data.array::<u32>("region")?;
     let [w, h, x, y, width, height] = region[..] else {
@@ -106,7 +106,7 @@ impl Artifact for Sprite {
     fn encode(&self, out: &mut Encoder) {
         put(out, &self.packed.unpack(), &self.frame);
         out.array("layout", &[self.packed.layout() as u32]);
-        let grid: Vec<u32> = self.packed.grid().iter().flat_map(Grid::parts).collect();
+        let grid: Vec<u32> = self.packed.grid().iter().flat_map(DepthQuantizer::parts).collect();
         out.array("grid", &grid);
     }
 
@@ -116,7 +116,7 @@ impl Artifact for Sprite {
         let named = Layout::ALL.into_iter().find(|l| layout[..] == [*l as u32]);
         let packed = match data.array::<u32>("grid")?[..] {
             [] => named.and_then(|layout| Packed::new(&image, layout)),
-            [exponent, base] => Grid::from_parts([exponent, base])
+            [exponent, base] => DepthQuantizer::from_parts([exponent, base])
                 .and_then(|grid| Packed::short(&image, named?, grid))
                 // What is stored must be what it says.
                 .filter(|packed| packed.unpack() == image),
@@ -140,7 +140,7 @@ mod tests {
 
     fn peeled() -> Peeled {
         let image = LayeredDepthImage::new([2, 2], [vec![], vec![0.25, 0.5], vec![0.0, 0.125, 0.5, 0.75], vec![]]);
-        let frame = Frame::from_parts([DVec3::X, DVec3::Y, -DVec3::Z], DVec3::new(1.0, 2.0, 3.0), 4.0).unwrap();
+        let frame = CubeFrame::from_parts([DVec3::X, DVec3::Y, -DVec3::Z], DVec3::new(1.0, 2.0, 3.0), 4.0).unwrap();
         Peeled { image, frame, odd: vec![OddRay { texel: [1, 1], crossings: 3 }], repair: Repair::Pair }
     }
 
@@ -153,13 +153,13 @@ mod tests {
             let sprite = Sprite { packed, frame: peeled.frame };
             assert_eq!(from_bytes::<Sprite>(Arc::new(to_bytes(&sprite))), Ok(sprite));
         }
-        let grid = Grid::around(&peeled.image);
+        let grid = DepthQuantizer::around(&peeled.image);
         let packed = Packed::smallest(&peeled.image, Some(grid)).unwrap();
         assert_eq!(packed.grid(), Some(grid));
         let sprite = Sprite { packed, frame: peeled.frame };
         assert_eq!(from_bytes::<Sprite>(Arc::new(to_bytes(&sprite))), Ok(sprite));
-        let choice = Choice { direction: Direction::new(DVec3::ONE).unwrap(), depth_complexity: [4, 10] };
-        assert_eq!(from_bytes::<Choice>(Arc::new(to_bytes(&choice))), Ok(choice));
+        let choice = ChosenDirection { direction: Direction::new(DVec3::ONE).unwrap(), depth_complexity: [4, 10] };
+        assert_eq!(from_bytes::<ChosenDirection>(Arc::new(to_bytes(&choice))), Ok(choice));
     }
 
     #[test]
@@ -176,7 +176,7 @@ mod tests {
 
     fn sprites() -> Vec<Sprite> {
         let Peeled { image, frame, .. } = peeled();
-        let grid = Grid::around(&image);
+        let grid = DepthQuantizer::around(&image);
         let packed = Layout::ALL.map(|l| [Packed::new(&image, l), Packed::short(&image, l, grid)]);
         packed.into_iter().flatten().flatten().map(|packed| Sprite { packed, frame }).collect()
     }

@@ -5,7 +5,7 @@
 
 /// Where a rectangle lies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Place {
+pub struct AtlasSlot {
     pub page: u32,
     pub x: u32,
     pub y: u32,
@@ -17,7 +17,7 @@ pub struct Packing {
     /// Width and height of every page, powers of two.
     pub pages: Vec<[u32; 2]>,
     /// One per rectangle.
-    pub places: Vec<Place>,
+    pub places: Vec<AtlasSlot>,
 }
 
 /// The upper outline of what lies on a page: (x, width, height) from left to right, together the page's width.
@@ -86,7 +86,7 @@ pub fn pack(sizes: &[[u32; 2]], max: u32) -> Option<Packing> {
     }
     let mut rest: Vec<usize> = (0..sizes.len()).collect();
     rest.sort_by_key(|i| (std::cmp::Reverse([sizes[*i][1], sizes[*i][0]]), *i));
-    let mut out = Packing { pages: Vec::new(), places: vec![Place::default(); sizes.len()] };
+    let mut out = Packing { pages: Vec::new(), places: vec![AtlasSlot::default(); sizes.len()] };
     while !rest.is_empty() {
         let page = out.pages.len() as u32;
         let mut left = Vec::new();
@@ -97,7 +97,7 @@ pub fn pack(sizes: &[[u32; 2]], max: u32) -> Option<Packing> {
             left.clear();
             for &i in &rest {
                 match skyline.place(sizes[i]) {
-                    Some([x, y]) => out.places[i] = Place { page, x, y },
+                    Some([x, y]) => out.places[i] = AtlasSlot { page, x, y },
                     None if last => left.push(i),
                     None => {
                         left.push(i);

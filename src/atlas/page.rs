@@ -7,7 +7,7 @@
 //! All that lies on one page is one object with one mesh and one material: one draw call, no changes of state, which
 //! is what the paper wants an atlas for.
 
-use super::pack::{Packing, Place, pack};
+use super::pack::{AtlasSlot, Packing, pack};
 use crate::{
     math::{Stop, Stopped},
     mesh::ChartedMesh,
@@ -124,7 +124,7 @@ impl Pages<'_> {
     }
 
     /// Top left texel of a chart's aligned rectangle.
-    fn corner(&self, p: Place) -> [u32; 2] {
+    fn corner(&self, p: AtlasSlot) -> [u32; 2] {
         [p.x, p.y].map(|c| c * self.settings.alignment())
     }
 
@@ -172,7 +172,7 @@ impl Pages<'_> {
     }
 
     /// All triangles whose chart lies on the page, by mesh, texture coordinates in the page.
-    fn mesh(&self, page: u32, frames: &[Frame]) -> Mesh {
+    fn mesh(&self, page: u32, frames: &[TangentFrame]) -> Mesh {
         let [width, height] = self.size(page).map(|s| s as f32);
         let (mut positions, mut uv, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
         let (mut vertex_normals, mut tangents) = (Vec::new(), Vec::new());
@@ -251,19 +251,19 @@ impl Pages<'_> {
     }
 
     /// The tangent frames of all charts; only those on the page are looked at.
-    fn frames(&self, page: u32) -> Vec<Frame> {
+    fn frames(&self, page: u32) -> Vec<TangentFrame> {
         let all = self.charts.iter().zip(&self.packing.places);
         all.map(|(chart, place)| {
             let texels = chart.size[0] as usize * chart.size[1] as usize;
             let normals = &self.meshes[chart.mesh].1.normal[chart.start..chart.start + texels];
-            if place.page == page { Frame::new(normals) } else { Frame::new(&[]) }
+            if place.page == page { TangentFrame::new(normals) } else { TangentFrame::new(&[]) }
         })
         .collect()
     }
 }
 
 /// A chart's tangent frame: glTF's bitangent is normal × tangent.
-struct Frame {
+struct TangentFrame {
     normal: Vec3,
     tangent: Vec3,
 }
@@ -272,7 +272,7 @@ fn unpacked(n: [u8; 4]) -> Vec3 {
     Vec3::new(f32::from(n[0]), f32::from(n[1]), f32::from(n[2])) / 127.5 - 1.0
 }
 
-impl Frame {
+impl TangentFrame {
     /// The frame whose normal is the mean of world-space normals.
     fn new(normals: &[[u8; 4]]) -> Self {
         let mut sum = [0u64; 3];
@@ -296,7 +296,7 @@ impl Frame {
 }
 
 /// A world-space normal as a texel of glTF's normal texture, whose blue is never below the middle.
-fn tangent_space(frame: &Frame, world: [u8; 4]) -> [u8; 4] {
+fn tangent_space(frame: &TangentFrame, world: [u8; 4]) -> [u8; 4] {
     let n = unpacked(world);
     let bitangent = frame.normal.cross(frame.tangent);
     let local = Vec3::new(n.dot(frame.tangent), n.dot(bitangent), n.dot(frame.normal).max(0.05));

@@ -3,7 +3,7 @@
 use super::{
     certificate::{Bound, Camera, Ceiling, Certificate, Flip, SampledRegion, Sampling as Sampled, Subject},
     figures::{Figures, rounded},
-    frame::Frame,
+    frame::CropWindow,
     measure::{Reference, Setting, Shot, ViewFigures},
     modes::{ModeFigures, ModeView},
     pictures::{Caption, sheet},
@@ -132,7 +132,7 @@ pub fn compare(
     let seen =
         if views::surrounds(region, &selection) { directions(backend, &geometry, region, stop)? } else { Vec::new() };
     let views = views::draw(region, &selection, &all, &seen, sampling);
-    let frames: Vec<Frame> = views.iter().map(|v| Frame::around(v, &all, setting.bound_px)).collect();
+    let frames: Vec<CropWindow> = views.iter().map(|v| CropWindow::around(v, &all, setting.bound_px)).collect();
     let measured = judge.measure(&frames, options.ceiling_views as usize)?;
     let figures: Vec<ViewFigures> = measured.iter().map(|m| m.modes[0].figures).collect();
     let of_ceiling: Vec<ViewFigures> = measured.iter().filter_map(|m| m.ceiling).collect();
@@ -256,7 +256,7 @@ struct Measured {
 }
 
 /// A view rendered once more.
-struct Look {
+struct Retake {
     flip: Option<f64>,
     pictures: Vec<(String, Picture)>,
 }
@@ -275,9 +275,9 @@ impl<'a> Judge<'a> {
     }
 
     /// Figures of the stand-in in every view, and of the ceiling in the first `ceiling_views`.
-    fn measure(&self, frames: &[Frame], ceiling_views: usize) -> Result<Vec<Measured>, Stopped> {
+    fn measure(&self, frames: &[CropWindow], ceiling_views: usize) -> Result<Vec<Measured>, Stopped> {
         let done = AtomicU64::new(0);
-        let one = |(i, frame): (usize, &Frame)| {
+        let one = |(i, frame): (usize, &CropWindow)| {
             let reference = self.reference(&frame.window)?;
             let ceiling = self.ceiling.filter(|_| i < ceiling_views);
             let ceiling = ceiling.map(|c| self.judged(&reference, c, frame).map(|(_, figures)| figures)).transpose()?;
@@ -302,7 +302,7 @@ impl<'a> Judge<'a> {
         &self,
         reference: &Reference,
         stand_in: &'a dyn StandIn,
-        frame: &Frame,
+        frame: &CropWindow,
     ) -> Result<(Shot<'a>, ViewFigures), Stopped> {
         let backs = stand_in.back_facing(&frame.window, self.drawing())?;
         let shot = self.shot(stand_in, &frame.window)?;
@@ -313,18 +313,18 @@ impl<'a> Judge<'a> {
     /// FLIP for the views in `flips`, and the pictures that are wanted.
     fn look(
         &self,
-        frames: &[Frame],
+        frames: &[CropWindow],
         flips: &[usize],
         wanted: &[Wanted],
         caption: &(impl Fn(&Wanted) -> Caption + Sync),
-    ) -> Result<Vec<Look>, Stopped> {
+    ) -> Result<Vec<Retake>, Stopped> {
         let views: BTreeSet<usize> = flips.iter().copied().chain(wanted.iter().map(|w| w.view)).collect();
         let one = |i: usize| {
             let frame = &frames[i];
             let (reference, stand_in) =
                 (self.reference(&frame.window)?, self.shot(self.modes[0].stand_in, &frame.window)?);
             let picture = |w: &Wanted| (w.name.to_owned(), sheet(&reference, &stand_in, w.focus, &caption(w)));
-            Ok(Look {
+            Ok(Retake {
                 flip: flips.contains(&i).then(|| flip_of(reference.shot.picture(), stand_in.picture(), frame)),
                 pictures: wanted.iter().filter(|w| w.view == i).map(picture).collect(),
             })
@@ -334,7 +334,7 @@ impl<'a> Judge<'a> {
 }
 
 /// FLIP over the whole frame; it is nothing outside the window, where both pictures show the background.
-fn flip_of(a: &Picture, b: &Picture, frame: &Frame) -> f64 {
+fn flip_of(a: &Picture, b: &Picture, frame: &CropWindow) -> f64 {
     if a == b {
         return 0.0;
     }

@@ -14,14 +14,14 @@ const MARGIN: f64 = 32.0;
 
 /// A view and its window.
 #[derive(Clone, Copy, Debug)]
-pub struct Frame {
+pub struct CropWindow {
     /// The part that is rendered: the same camera and pixels, cut out.
     pub window: View,
     /// Pixels of the whole picture.
     pub pixels: f64,
 }
 
-impl Frame {
+impl CropWindow {
     /// The window of `view` (a perspective one) around everything in `bounds`; the whole view where some of it lies beside
     /// or behind the eye.
     pub fn around(view: &View, bounds: &Aabb, bound_px: f64) -> Self {
@@ -69,7 +69,7 @@ mod tests {
     fn the_window_cuts_out_the_same_pixels() {
         let view = View::look_at(DVec3::ZERO, DVec3::new(0.1, 0.0, -1.0), DVec3::Y, 0.8, 512, 512, 0.5, 50.0);
         let bounds = Aabb { min: DVec3::new(0.0, -1.0, -22.0), max: DVec3::new(4.0, 1.0, -20.0) };
-        let frame = Frame::around(&view, &bounds, 2.5);
+        let frame = CropWindow::around(&view, &bounds, 2.5);
         assert!(frame.pixels == 512.0 * 512.0 && frame.window.width < 300 && frame.window.height < 200);
         let ((x, y, _), (u, v, _)) = (view.project(bounds.min), frame.window.project(bounds.min));
         // The window's first pixel in the whole picture.
@@ -85,7 +85,7 @@ mod tests {
     #[test]
     fn what_surrounds_the_eye_takes_the_whole_view() {
         let view = View::look_at(DVec3::ZERO, -DVec3::Z, DVec3::Y, 0.8, 64, 64, 0.1, 50.0);
-        let frame = Frame::around(&view, &Aabb { min: DVec3::splat(-5.0), max: DVec3::splat(5.0) }, 2.5);
+        let frame = CropWindow::around(&view, &Aabb { min: DVec3::splat(-5.0), max: DVec3::splat(5.0) }, 2.5);
         assert_eq!(frame.window, view);
     }
 }

@@ -4,7 +4,7 @@ use super::{
     classes::{Classes, Counts, Rule, classify},
     deviation::{Seen, max_deviation},
     edges::{Surfaces, dilate_square, discontinuities},
-    frame::Frame,
+    frame::CropWindow,
     parallax::{Angle, Parallax},
 };
 use crate::{
@@ -146,7 +146,7 @@ impl<'a> Reference<'a> {
     }
 
     /// `back_facing`: see [`StandIn::back_facing`]. Beside `frame`'s window both show the background alone.
-    pub fn measure(&self, stand_in: &Shot, frame: &Frame, back_facing: u64) -> ViewFigures {
+    pub fn measure(&self, stand_in: &Shot, frame: &CropWindow, back_facing: u64) -> ViewFigures {
         let (a, b) = (&self.shot, stand_in);
         let (sa, sb) = (a.surfaces(), b.surfaces());
         let width = sa.width;

@@ -3,7 +3,7 @@
 use super::{
     hash::Digest,
     value::{PortOut, ValueRef},
-    wire::{Place, Reader, Writer},
+    wire::{Reader, RecordPlace, Writer},
 };
 
 /// A file that a run read through the door, by its path relative to the root file's folder.
@@ -162,12 +162,12 @@ impl RunRecord {
             w.str(&f.path);
             w.option(&f.hash, Writer::digest);
         });
-        w.seal(&Place::Run { key, variant: &self.variant() })
+        w.seal(&RecordPlace::Run { key, variant: &self.variant() })
     }
 
     /// `None` unless these are the bytes of the record under `key` and `variant`.
     pub fn from_bytes(bytes: &[u8], key: &Digest, variant: &Digest) -> Option<Self> {
-        let r = &mut Reader::open(bytes, &Place::Run { key, variant })?;
+        let r = &mut Reader::open(bytes, &RecordPlace::Run { key, variant })?;
         Some(Self {
             fixed: r.digest()?,
             inputs: r.list(Reader::digest)?,
@@ -204,12 +204,12 @@ impl MapRecord {
             w.list(&row.outputs, put_out);
         });
         put_pairs(&mut w, &self.warnings);
-        w.seal(&Place::Map { key })
+        w.seal(&RecordPlace::Map { key })
     }
 
     /// `None` unless these are the bytes of the record under `key`.
     pub fn from_bytes(bytes: &[u8], key: &Digest) -> Option<Self> {
-        let r = &mut Reader::open(bytes, &Place::Map { key })?;
+        let r = &mut Reader::open(bytes, &RecordPlace::Map { key })?;
         let row = |r: &mut Reader| Some(MapRow { name: r.str()?.to_owned(), key: r.digest()?, outputs: r.list(out)? });
         Some(Self { fixed: r.digest()?, inputs: r.list(Reader::digest)?, rows: r.list(row)?, warnings: pairs(r)? })
     }
@@ -246,12 +246,12 @@ impl BakeRecord {
             w.str(&m.path);
             w.option(&m.number, |w, v| w.f64(*v));
         });
-        w.seal(&Place::Bake { id, pipeline, folder })
+        w.seal(&RecordPlace::Bake { id, pipeline, folder })
     }
 
     /// `None` unless these are the bytes of the record number `id` of `pipeline` into `folder`.
     pub fn from_bytes(bytes: &[u8], id: i64, pipeline: &str, folder: &str) -> Option<Self> {
-        let r = &mut Reader::open(bytes, &Place::Bake { id, pipeline, folder })?;
+        let r = &mut Reader::open(bytes, &RecordPlace::Bake { id, pipeline, folder })?;
         let node = |r: &mut Reader| {
             Some(NodeTrace {
                 name: r.str()?.to_owned(),

@@ -10,7 +10,7 @@ const SUM: usize = 16;
 /// Where a record lies: its table, and the columns that it is found by. The key of a run or of a map is itself a hash of
 /// its node's kind and version.
 #[derive(Clone, Copy, Debug)]
-pub enum Place<'a> {
+pub enum RecordPlace<'a> {
     /// `variant`: the hash of the files that the run read.
     Run {
         key: &'a Digest,
@@ -34,7 +34,7 @@ pub enum Place<'a> {
     },
 }
 
-impl Place<'_> {
+impl RecordPlace<'_> {
     /// The checksum of a record with these bytes at this place.
     fn sum(&self, body: &[u8]) -> [u8; SUM] {
         let mut h = blake3::Hasher::new();
@@ -99,7 +99,7 @@ impl Writer {
         }
     }
     /// The record, closed by the checksum for its place.
-    pub fn seal(mut self, place: &Place) -> Vec<u8> {
+    pub fn seal(mut self, place: &RecordPlace) -> Vec<u8> {
         let sum = place.sum(&self.0);
         self.0.extend(sum);
         self.0
@@ -115,7 +115,7 @@ pub struct Reader<'a>(&'a [u8]);
 
 impl<'a> Reader<'a> {
     /// Checks that these are the bytes that were sealed for this place.
-    pub fn open(bytes: &'a [u8], place: &Place) -> Option<Self> {
+    pub fn open(bytes: &'a [u8], place: &RecordPlace) -> Option<Self> {
         let (body, sum) = bytes.split_at_checked(bytes.len().checked_sub(SUM)?)?;
         (place.sum(body) == *sum).then_some(Self(body))
     }
@@ -168,23 +168,23 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const PLACE: Place = Place::File { path: "a" };
+    const PLACE: RecordPlace = RecordPlace::File { path: "a" };
 
     #[test]
     fn a_record_is_sound_only_where_it_was_written() {
         let (a, b) = (Digest([1; 32]), Digest([2; 32]));
         let places = [
-            Place::Run { key: &a, variant: &b },
-            Place::Run { key: &b, variant: &b },
-            Place::Run { key: &a, variant: &a },
-            Place::Map { key: &a },
-            Place::Map { key: &b },
-            Place::Fixed { hash: &a },
-            Place::File { path: "a" },
-            Place::File { path: "ab" },
-            Place::Bake { id: 1, pipeline: "a", folder: "bc" },
-            Place::Bake { id: 1, pipeline: "ab", folder: "c" },
-            Place::Bake { id: 2, pipeline: "a", folder: "bc" },
+            RecordPlace::Run { key: &a, variant: &b },
+            RecordPlace::Run { key: &b, variant: &b },
+            RecordPlace::Run { key: &a, variant: &a },
+            RecordPlace::Map { key: &a },
+            RecordPlace::Map { key: &b },
+            RecordPlace::Fixed { hash: &a },
+            RecordPlace::File { path: "a" },
+            RecordPlace::File { path: "ab" },
+            RecordPlace::Bake { id: 1, pipeline: "a", folder: "bc" },
+            RecordPlace::Bake { id: 1, pipeline: "ab", folder: "c" },
+            RecordPlace::Bake { id: 2, pipeline: "a", folder: "bc" },
         ];
         for (i, place) in places.iter().enumerate() {
             let bytes = Writer::default().seal(place);

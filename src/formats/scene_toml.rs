@@ -22,12 +22,12 @@ use toml::Spanned;
 #[serde(deny_unknown_fields)]
 struct Document {
     #[serde(default)]
-    place: Vec<Spanned<Place>>,
+    place: Vec<Spanned<PlacedFile>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Place {
+struct PlacedFile {
     file: Spanned<String>,
     name: Option<Spanned<String>>,
     translate: Option<[f64; 3]>,
@@ -89,7 +89,7 @@ fn position(text: &str, at: usize) -> String {
     format!("line {line}, column {column}")
 }
 
-fn transform(place: &Place) -> Result<DMat4, (Option<usize>, String)> {
+fn transform(place: &PlacedFile) -> Result<DMat4, (Option<usize>, String)> {
     let finite = |name: &str, v: &[f64]| match v.iter().find(|v| !v.is_finite()) {
         Some(v) => Err((None, format!("{name}: {v} is not finite"))),
         None => Ok(()),

@@ -8,7 +8,7 @@ use crate::{
         tests::{ahead, literal, mesh, object, square},
     },
     scene::{Alpha, Image, Material, Scene, Texture, Wrap, builtin},
-    sprite::{Direction, Grid, Layout, Packed, Peeling, Placement, Ray, Repair, Volume, peel},
+    sprite::{DepthQuantizer, Direction, Layout, Packed, Peeling, Placement, Ray, Repair, Volume, peel},
     view::Cell,
     view::{Projection, View},
     voxel::{
@@ -329,7 +329,7 @@ fn parity_of_points_in_sprites() {
         }
         points.push([f32::NAN, 0.5, 0.5]);
         points.push([0.5, 0.5, f32::NAN]);
-        let grid = Grid::around(&image);
+        let grid = DepthQuantizer::around(&image);
         let short = [Layout::Rows, Layout::Runs].map(|l| Packed::short(&image, l, grid).unwrap());
         for packed in Layout::ALL.map(|l| Packed::new(&image, l).unwrap()).iter().chain(&short) {
             let found = gpu.classify(packed, &points, &stop).unwrap();
@@ -354,7 +354,7 @@ fn effects_in_shaders_are_those_of_the_cpu() {
             peel(&Cpu, &geometry, &direction, &Peeling { resolution: 150, samples: 1, repair: Repair::None }, &stop)
                 .unwrap();
         let image = peeled.image.crop().unwrap();
-        let grid = Grid::around(&image);
+        let grid = DepthQuantizer::around(&image);
         for layout in Layout::ALL {
             for packed in [Packed::new(&image, layout), Packed::short(&image, layout, grid)].into_iter().flatten() {
                 let volume = Volume::new(packed.unpack(), &peeled.frame, &Placement::default());

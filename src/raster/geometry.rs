@@ -45,7 +45,7 @@ pub(crate) enum Cutout {
 
 /// Where a triangle number lies in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct TriangleOrigin {
     /// Index into [`Scene::objects`].
     pub object: u32,
     /// Index into the object's parts.
@@ -106,9 +106,9 @@ impl Geometry {
         &self.draws[self.draw_index(triangle)]
     }
 
-    pub fn locate(&self, triangle: u32) -> Place {
+    pub fn locate(&self, triangle: u32) -> TriangleOrigin {
         let d = self.draw_of(triangle);
-        Place { object: d.object, part: d.part, triangle: triangle - d.first }
+        TriangleOrigin { object: d.object, part: d.part, triangle: triangle - d.first }
     }
 
     /// Index into [`Scene::objects`].

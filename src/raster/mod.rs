@@ -37,7 +37,7 @@ pub use camera::MAX_SIDE;
 pub use clip::Polygon;
 pub use coverage::{Coverage, coverage};
 pub use fragments::{Fragment, Fragments, TileFragments, fragments, fragments_in_tiles};
-pub use geometry::{Geometry, Place};
+pub use geometry::{Geometry, TriangleOrigin};
 pub use light::{Gloss, Light};
 pub use nearest::{NOTHING, Nearest, nearest, nearest_in_tiles};
 pub use noise::Noise;
@@ -54,7 +54,7 @@ pub(crate) use patch::{Holes, Patch};
 pub(crate) use samples::Samples;
 pub(crate) use shade::{Facet, Layer};
 pub(crate) use texture::{Coordinates, Mips, Role};
-pub(crate) use tile::Grid;
+pub(crate) use tile::TileGrid;
 
 use glam::DVec3;
 

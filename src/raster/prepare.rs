@@ -8,7 +8,7 @@ use super::{
     clip::clip_to_view,
     cover::{Rect, SMALL, cover, doubled_area, may_cover, samples_within, small_mask},
     geometry::{Cutout, Draw},
-    tile::Grid,
+    tile::TileGrid,
 };
 use crate::{
     math::{Stop, Stopped},
@@ -44,7 +44,7 @@ pub struct Prepared<'a> {
     pub geometry: &'a Geometry,
     pub view: View,
     pub(crate) camera: Camera,
-    pub(crate) grid: Grid,
+    pub(crate) grid: TileGrid,
     chunks: Vec<Chunk>,
 }
 
@@ -160,7 +160,7 @@ impl<'a> Prepared<'a> {
         stop: &Stop,
     ) -> Result<Self, Stopped> {
         let camera = Camera::new(view);
-        let grid = Grid::new(view.width, view.height, side);
+        let grid = TileGrid::new(view.width, view.height, side);
         let mut prepared = Self { geometry, view: *view, camera, grid, chunks: Vec::new() };
         let mut batch = Batch::default();
         for draw in geometry.draws() {
@@ -238,7 +238,7 @@ impl Chunk {
         }
     }
 
-    fn sort_into_tiles(&mut self, grid: &Grid) {
+    fn sort_into_tiles(&mut self, grid: &TileGrid) {
         let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(self.triangles.len() * 5 / 4);
         let whole = rect_of(&Tile { index: 0, x: 0, y: 0, width: grid.width, height: grid.height });
         for (i, t) in self.triangles.iter().enumerate() {
@@ -357,14 +357,14 @@ fn out_of_sight(draw: &Draw, camera: &Camera, view: &View) -> bool {
 /// What the triangles of one draw have in common.
 struct Setup<'a> {
     camera: &'a Camera,
-    grid: &'a Grid,
+    grid: &'a TileGrid,
     draw: &'a Draw,
     sides: Sides,
 }
 
 impl<'a> Setup<'a> {
     /// `sides` in world space.
-    fn new(camera: &'a Camera, grid: &'a Grid, draw: &'a Draw, sides: Sides) -> Self {
+    fn new(camera: &'a Camera, grid: &'a TileGrid, draw: &'a Draw, sides: Sides) -> Self {
         let sides = match sides {
             _ if draw.material.double_sided => Sides::Both,
             Sides::FacingAny(points) => Sides::FacingAny(points.map(|p| camera.world_to_camera(p))),

@@ -2,7 +2,7 @@
 
 use super::{
     Backend, Memo, NOTHING, Nearest, Options, Prepared, Shader, Shading, Tile, camera::Camera,
-    nearest::nearest_in_tiles, shade::Facet, tile::Grid,
+    nearest::nearest_in_tiles, shade::Facet, tile::TileGrid,
 };
 use crate::{
     image::{Picture, srgb},
@@ -88,7 +88,7 @@ pub fn picture(
     let pixels = Tile::SIDE / s;
     let prepared = Prepared::with_tiles(shader.geometry, &times(s), &how.options, pixels * s, stop)?;
     let camera = Camera::new(&times(shades));
-    let grid = Grid::new(view.width, view.height, pixels);
+    let grid = TileGrid::new(view.width, view.height, pixels);
     let tiles = nearest_in_tiles(backend, &prepared, stop, |tile, _, triangles| {
         resolve(&tile, triangles, how, &mut Facets::new(shader, &camera))
     })?;

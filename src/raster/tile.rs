@@ -35,7 +35,7 @@ impl Tile {
 
 /// The tiles of a view.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Grid {
+pub(crate) struct TileGrid {
     pub width: u32,
     pub height: u32,
     pub columns: u32,
@@ -45,7 +45,7 @@ pub(crate) struct Grid {
     reciprocal: u32,
 }
 
-impl Grid {
+impl TileGrid {
     /// `side` ≤ [`Tile::SIDE`].
     pub fn new(width: u32, height: u32, side: u32) -> Self {
         debug_assert!((1..=Tile::SIDE).contains(&side));
@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn tiles_cover_a_view_once() {
         for (w, h, side) in [(1, 1, 64), (64, 65, 64), (200, 130, 63), (16384, 1, 60), (77, 16384, 64)] {
-            let grid = Grid::new(w, h, side);
+            let grid = TileGrid::new(w, h, side);
             let mut image = vec![0u8; (w * h) as usize];
             for (i, rows) in grid.split(&mut image).into_iter().enumerate() {
                 let tile = grid.tile(i as u32);

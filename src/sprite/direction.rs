@@ -1,6 +1,6 @@
 //! Along which direction to peel (section 4.1): the fewest layers, and of equals the most of the image used.
 
-use super::{Frame, PeelError};
+use super::{CubeFrame, PeelError};
 use crate::{
     math::Stop,
     raster::{Backend, Geometry, Options, Prepared, fragments_in_tiles},
@@ -89,7 +89,7 @@ pub fn judge(
 ) -> Result<Vec<Candidate>, PeelError> {
     let mut judged = Vec::with_capacity(directions.len());
     for direction in directions {
-        let frame = Frame::around(geometry, direction).ok_or(PeelError::Empty)?;
+        let frame = CubeFrame::around(geometry, direction).ok_or(PeelError::Empty)?;
         let prepared = Prepared::new(geometry, &frame.view(resolution), &Options::BOTH, stop)?;
         let tiles = fragments_in_tiles(backend, &prepared, stop, |_, f| {
             let counts = f.offsets.windows(2).map(|o| o[1] - o[0]);

@@ -47,7 +47,7 @@ proptest! {
     ) {
         prop_assume!(direction.length() > 0.1);
         let image = if cropped { image.crop().unwrap_or(image) } else { image };
-        let frame = Frame::from_parts(FRAME.0, FRAME.1, FRAME.2).unwrap();
+        let frame = CubeFrame::from_parts(FRAME.0, FRAME.1, FRAME.2).unwrap();
         let volume = Volume::new(image, &frame, &Placement::default());
         let ray = Ray { origin, direction };
         let spans = volume.spans(&ray);

@@ -4,7 +4,7 @@
 //! lies inside. Two triangles that share an edge decide by the same number on which side the ray passes it, and where it is
 //! met exactly by the same rule, so no ray slips between them and none is counted twice.
 
-use super::Frame;
+use super::CubeFrame;
 use crate::{math::squared_distance, raster::Geometry};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -21,7 +21,7 @@ pub struct Exact {
 }
 
 impl Exact {
-    pub fn new(geometry: &Geometry, frame: &Frame) -> Self {
+    pub fn new(geometry: &Geometry, frame: &CubeFrame) -> Self {
         let m = frame.to_texture();
         let turn = |p: DVec3| {
             let q = m.transform_point3(p);

@@ -6,12 +6,12 @@ use std::ops::Range;
 /// Depths that 16 bits can name: (base + k)/2^exponent for k = 0 to 65,535. They are sums of whole numbers times a power of two, so that every
 /// machine computes the same 32-bit float, whether or not it fuses operations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Grid {
+pub struct DepthQuantizer {
     exponent: u32,
     base: u32,
 }
 
-impl Grid {
+impl DepthQuantizer {
     /// The finest for the depths of an image; steps of 1/65,536 where they reach through the whole cube.
     pub fn around(image: &LayeredDepthImage) -> Self {
         let least = image.depths().iter().copied().fold(1.0, f32::min);
@@ -21,7 +21,7 @@ impl Grid {
         fine.into_iter().find(holds).unwrap_or(Self { exponent: 16, base: 0 })
     }
 
-    /// From [`Grid::parts`]; `None` where a depth would reach 1.
+    /// From [`DepthQuantizer::parts`]; `None` where a depth would reach 1.
     pub fn from_parts([exponent, base]: [u32; 2]) -> Option<Self> {
         ((16..=23).contains(&exponent) && base < 1 << exponent).then_some(Self { exponent, base })
     }
@@ -61,7 +61,7 @@ impl Grid {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Ranges {
     Floats(Vec<[f32; 2]>),
-    Shorts(Grid, Vec<[u16; 2]>),
+    Shorts(DepthQuantizer, Vec<[u16; 2]>),
 }
 
 impl Ranges {
@@ -69,11 +69,11 @@ impl Ranges {
         Self::Floats(image.depths().chunks_exact(2).map(|r| [r[0], r[1]]).collect())
     }
 
-    pub fn shorts(image: &LayeredDepthImage, grid: Grid) -> Self {
+    pub fn shorts(image: &LayeredDepthImage, grid: DepthQuantizer) -> Self {
         Self::Shorts(grid, image.depths().chunks_exact(2).map(|r| [grid.short(r[0]), grid.short(r[1])]).collect())
     }
 
-    pub fn grid(&self) -> Option<Grid> {
+    pub fn grid(&self) -> Option<DepthQuantizer> {
         match self {
             Self::Floats(_) => None,
             Self::Shorts(grid, _) => Some(*grid),

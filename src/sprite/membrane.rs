@@ -4,7 +4,7 @@
 //! unless it passes through a hole: there it crosses the *membrane*, the surface |w| = ½ that closes the hole, and the crossing is
 //! found by bisection.
 
-use super::{Frame, solid::is_balanced, winding::Winding};
+use super::{CubeFrame, solid::is_balanced, winding::Winding};
 use crate::{
     math::{Stop, Stopped},
     raster::Geometry,
@@ -27,7 +27,7 @@ pub struct Solid {
 }
 
 impl Solid {
-    pub fn new(geometry: &Geometry, frame: &Frame, stop: &Stop) -> Result<Self, Stopped> {
+    pub fn new(geometry: &Geometry, frame: &CubeFrame, stop: &Stop) -> Result<Self, Stopped> {
         let m = frame.to_texture();
         let triangles = (0..geometry.triangle_count()).into_par_iter();
         let triangles = triangles.map(|t| geometry.positions(t).map(|p| m.transform_point3(p))).collect();

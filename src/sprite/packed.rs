@@ -1,7 +1,7 @@
 //! Compression (section 4.3) and the test on what it gives (section 4.4).
 //!
 //! All layouts are lossless; sizes are counted in values of 32 bits, as the paper's table 1 counts them. Depths of `rows` and `runs` may
-//! be rounded to 16 bits first, see [`Grid`]: then a range takes one value instead of two.
+//! be rounded to 16 bits first, see [`DepthQuantizer`]: then a range takes one value instead of two.
 //!
 //! - `raw`: the d layers, the paper's cropped image: n·d values.
 //! - `ranges`: the paper's index and range segments in one texture of two channels and side ⌈√(|IS| + |RS|)⌉. Offsets are whole
@@ -12,7 +12,7 @@
 //!   first texel, its length, their number of ranges and the first of them: h + 1 + 3·runs + 2·r. For convex shapes.
 
 use super::{
-    Grid, LayeredDepthImage, Region,
+    DepthQuantizer, LayeredDepthImage, Region,
     grid::Ranges,
     layered::{INVALID, texel},
 };
@@ -105,7 +105,7 @@ impl Packed {
 
     /// As [`Packed::new`] with depths of 16 bits, to which those of the image are rounded; `None` also for `raw` and `ranges`, which have
     /// no such form.
-    pub fn short(image: &LayeredDepthImage, layout: Layout, grid: Grid) -> Option<Self> {
+    pub fn short(image: &LayeredDepthImage, layout: Layout, grid: DepthQuantizer) -> Option<Self> {
         let data = match layout {
             Layout::Raw | Layout::Ranges => return None,
             Layout::Rows => rows(image, Ranges::shorts(image, grid))?,
@@ -120,13 +120,13 @@ impl Packed {
 
     /// In the layout with the fewest values, with depths of 16 bits if there is a grid; of equals the first of [`Layout::ALL`]. `None`
     /// where none holds the image.
-    pub fn smallest(image: &LayeredDepthImage, grid: Option<Grid>) -> Option<Self> {
+    pub fn smallest(image: &LayeredDepthImage, grid: Option<DepthQuantizer>) -> Option<Self> {
         let new = |layout| grid.map_or_else(|| Self::new(image, layout), |grid| Self::short(image, layout, grid));
         Layout::ALL.into_iter().filter_map(new).min_by_key(Self::values)
     }
 
     /// That of its depths, where they have 16 bits.
-    pub fn grid(&self) -> Option<Grid> {
+    pub fn grid(&self) -> Option<DepthQuantizer> {
         match &self.data {
             Data::Rows { ranges, .. } | Data::Runs { ranges, .. } => ranges.grid(),
             Data::Raw { .. } | Data::Ranges { .. } => None,

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 /// The unit cube around a solid, turned so that rays run along its third axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
+pub struct CubeFrame {
     right: DVec3,
     up: DVec3,
     forward: DVec3,
@@ -26,7 +26,7 @@ pub struct Frame {
     side: f64,
 }
 
-impl Frame {
+impl CubeFrame {
     /// The smallest cube so turned around all triangles; `None` where there are none, or where they have no finite extent above 0.
     pub fn around(geometry: &Geometry, direction: &Direction) -> Option<Self> {
         let [right, up, forward] = direction.axes();
@@ -59,7 +59,7 @@ impl Frame {
         ([self.right, self.up, self.forward], self.centre, self.side)
     }
 
-    /// See [`Frame::parts`]; `None` where the axes are not orthonormal or the side is not above 0.
+    /// See [`CubeFrame::parts`]; `None` where the axes are not orthonormal or the side is not above 0.
     pub fn from_parts([right, up, forward]: [DVec3; 3], centre: DVec3, side: f64) -> Option<Self> {
         let unit = |v: DVec3| (v.length_squared() - 1.0).abs() < 1e-9;
         let upright = right.cross(up).distance(-forward) < 1e-9 && unit(right) && unit(up);
@@ -127,7 +127,7 @@ pub struct OddRay {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Peeled {
     pub image: LayeredDepthImage,
-    pub frame: Frame,
+    pub frame: CubeFrame,
     /// Those that were repaired, row by row.
     pub odd: Vec<OddRay>,
     /// How they were; [`Repair::None`] where there was nothing to repair. [`Repair::Winding`] decides every ray.
@@ -167,7 +167,7 @@ pub fn peel(
     if !(1..=u64::from(MAX_SIDE)).contains(&rays) {
         return Err(PeelError::Resolution(rays));
     }
-    let frame = Frame::around(geometry, direction).ok_or(PeelError::Empty)?;
+    let frame = CubeFrame::around(geometry, direction).ok_or(PeelError::Empty)?;
     // A texel's rays lie in one tile.
     if samples > Tile::SIDE {
         return Err(PeelError::Samples(samples));
@@ -252,7 +252,7 @@ fn half(rays: impl ExactSizeIterator<Item = Vec<f32>>) -> Vec<f32> {
     kept
 }
 
-impl Frame {
+impl CubeFrame {
     /// From metres along the ray to [0, 1).
     fn depth(&self, metres: f32) -> f32 {
         /// The greatest below 1, which stands for no depth.

@@ -83,7 +83,7 @@ fn check(scene: &Scene, forward: DVec3, resolution: u32) -> usize {
 fn the_grid_answers_as_all_triangles_do() {
     let concave = together(&[octahedron(2), cuboid([0.5, -0.3, -0.4], [3.0, 0.2, 0.6])]);
     let geometry = Geometry::new(&concave);
-    let frame = Frame::around(&geometry, &Direction::new(DVec3::new(0.3, -0.8, 0.5)).unwrap()).unwrap();
+    let frame = CubeFrame::around(&geometry, &Direction::new(DVec3::new(0.3, -0.8, 0.5)).unwrap()).unwrap();
     let (judge, from_texture) = (Exact::new(&geometry, &frame), frame.to_texture().inverse());
     let sequence = crate::math::Sequence::<3>::new(2);
     let mut inside = 0;
@@ -223,8 +223,8 @@ proptest! {
         let most = 1.0 - f32::EPSILON / 2.0;
         let depths: Vec<f32> = image.depths().iter().map(|d| (1.0 - (1.0 - d) * squeeze).min(most)).collect();
         let image = LayeredDepthImage::from_parts(image.size(), image.region(), image.starts().to_vec(), depths).unwrap();
-        let grid = Grid::around(&image);
-        prop_assert_eq!(Grid::from_parts(grid.parts()), Some(grid));
+        let grid = DepthQuantizer::around(&image);
+        prop_assert_eq!(DepthQuantizer::from_parts(grid.parts()), Some(grid));
         let packed = Packed::smallest(&image, Some(grid)).unwrap();
         let rounded = packed.unpack();
         prop_assert_eq!(rounded.starts(), image.starts());

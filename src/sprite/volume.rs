@@ -1,6 +1,6 @@
 //! A depth sprite somewhere in the world, as the effects of section 3.3 ask it: points, borders, and rays.
 
-use super::{Frame, LayeredDepthImage};
+use super::{CubeFrame, LayeredDepthImage};
 use crate::math::Aabb;
 use glam::{DAffine3, DMat3, DVec3};
 use schemars::JsonSchema;
@@ -81,7 +81,7 @@ pub struct Span {
 }
 
 impl Volume {
-    pub fn new(image: LayeredDepthImage, frame: &Frame, placement: &Placement) -> Self {
+    pub fn new(image: LayeredDepthImage, frame: &CubeFrame, placement: &Placement) -> Self {
         let (_, centre, _) = frame.parts();
         let Placement { centre: to, scale, turn } = *placement;
         // The inverse of x ↦ to + turn·scale·(x − centre).

@@ -73,13 +73,13 @@ const BL: u32 = 2;
 const BR: u32 = 3;
 
 /// Site numbers of one layer by pixel, with two pixels of margin, 0 where there is none.
-struct Grid {
+struct SiteGrid {
     width: i32,
     cells: Vec<u32>,
     used: Vec<usize>,
 }
 
-impl Grid {
+impl SiteGrid {
     fn new(size: [i32; 2]) -> Self {
         let (w, h) = (size[0] + 4, size[1] + 4);
         Self { width: w, cells: vec![0; w as usize * h as usize], used: Vec::new() }
@@ -106,7 +106,7 @@ impl Grid {
 fn emit(sites: &Sites, stop: &Stop) -> Result<Emitted, Stopped> {
     let mut quads = Vec::with_capacity(sites.own * 4);
     let mut touching = Vec::new();
-    let (mut cur, mut prev) = (Grid::new(sites.size), Grid::new(sites.size));
+    let (mut cur, mut prev) = (SiteGrid::new(sites.size), SiteGrid::new(sites.size));
     let layer_range = |range: Range<usize>, layer: u16| {
         let slice = &sites.sites[range.clone()];
         let first = range.start + slice.partition_point(|s| s.layer < layer);
@@ -159,7 +159,7 @@ fn self_face(site: u32) -> Quad {
 }
 
 /// The quads whose top left voxel in the current layer is `c`, and the walls at `c`.
-fn faces_of(sites: &Sites, cur: &Grid, prev: &Grid, c: u32, quads: &mut Vec<Quad>) {
+fn faces_of(sites: &Sites, cur: &SiteGrid, prev: &SiteGrid, c: u32, quads: &mut Vec<Quad>) {
     let Site { x, y, .. } = sites.sites[c as usize];
     let own = |s: u32| sites.is_own(s);
     let mut push = |vertices: [(u32, u32); 4], covers: [u32; 4]| {

@@ -274,7 +274,7 @@ fn closes(i: usize, j: usize, ring: usize, open: bool) -> bool {
 /// How a face with this normal looks from the cell. Layers move by at most a pixel each against one another while the
 /// viewer crosses the cell, so over all of it the third component of the normal changes by at most |x| + |y|.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Look {
+pub enum Facing {
     /// From everywhere its front is seen.
     Front,
     /// Seen edge-on from somewhere in the cell: walls and other steep faces.
@@ -283,14 +283,14 @@ pub enum Look {
     Back,
 }
 
-pub fn look(n: Point) -> Look {
+pub fn look(n: Point) -> Facing {
     let turn = n[0].abs() + n[1].abs();
     if n[2] < -turn {
-        Look::Front
+        Facing::Front
     } else if n[2] > turn {
-        Look::Back
+        Facing::Back
     } else {
-        Look::Steep
+        Facing::Steep
     }
 }
 
@@ -299,8 +299,8 @@ pub fn look(n: Point) -> Look {
 pub fn keeps_side(old: [Point; 3], new: [Point; 3]) -> bool {
     let [m, n] = [old, new].map(|[a, b, c]| normal(a, b, c));
     match (look(m), look(n)) {
-        (_, Look::Back) => false,
-        (Look::Front, Look::Front) => true,
+        (_, Facing::Back) => false,
+        (Facing::Front, Facing::Front) => true,
         _ => within_80_degrees(m, n),
     }
 }

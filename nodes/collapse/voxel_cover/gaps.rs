@@ -18,7 +18,7 @@ const BEHIND: f32 = 2.5;
 
 /// Numbers of the visible voxels that `faces` leave bare, ascending.
 pub fn bare(voxels: &[Voxel], faces: &[[Point; 3]], stop: &Stop) -> Result<Vec<u32>, Stopped> {
-    let Some(frame) = Frame::around(voxels) else { return Ok(Vec::new()) };
+    let Some(frame) = VoxelBounds::around(voxels) else { return Ok(Vec::new()) };
     let found = under_all(&SHEARS, stop, |shear| frame.bare(shear, voxels, faces))?;
     let mut all = found.concat();
     all.sort_unstable();
@@ -27,12 +27,12 @@ pub fn bare(voxels: &[Voxel], faces: &[[Point; 3]], stop: &Stop) -> Result<Vec<u
 }
 
 /// The part of voxel space that holds the visible voxels.
-struct Frame {
+struct VoxelBounds {
     low: [i32; 3],
     high: [i32; 3],
 }
 
-impl Frame {
+impl VoxelBounds {
     fn around(voxels: &[Voxel]) -> Option<Self> {
         let mut frame: Option<Self> = None;
         for v in voxels.iter().filter(|v| v.ring == 0) {

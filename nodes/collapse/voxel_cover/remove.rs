@@ -4,7 +4,7 @@
 //! does not. Holes of up to [`MOST_SIDES`] sides are tried in full, those with the shortest diagonals first.
 
 use super::{
-    contract::{Look, Surface, look, within_80_degrees},
+    contract::{Facing, Surface, look, within_80_degrees},
     topology::{NONE, next, prev},
 };
 use crate::voxel::touch::{Point, normal};
@@ -152,7 +152,7 @@ impl Surface {
         for c in star {
             let [a, b, c] = self.triangle(c / 3);
             let n = normal(a, b, c);
-            if look(n) == Look::Steep {
+            if look(n) == Facing::Steep {
                 (0..3).for_each(|i| sum[i] += n[i]);
             }
         }
@@ -164,8 +164,8 @@ impl Surface {
 pub fn agrees([a, b, c]: [Point; 3], steep: Point) -> bool {
     let n = normal(a, b, c);
     match look(n) {
-        Look::Front => true,
-        Look::Steep => within_80_degrees(steep, n),
-        Look::Back => false,
+        Facing::Front => true,
+        Facing::Steep => within_80_degrees(steep, n),
+        Facing::Back => false,
     }
 }

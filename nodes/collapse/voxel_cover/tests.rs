@@ -1,7 +1,7 @@
 //! What a collapsed mesh must keep, on slopes, houses, ragged and random fields, and along seams.
 
 use super::{
-    contract::{Look, look},
+    contract::{Facing, look},
     reduce, simplify,
 };
 use crate::{
@@ -59,7 +59,7 @@ fn check(before: &VoxelMesh, factor: f64) -> VoxelMesh {
     for (f, face) in after.faces.iter().enumerate() {
         let [a, b, c] = after.triangle(f);
         assert_ne!(normal(a, b, c), [0.0; 3], "face {f} is degenerate");
-        assert_ne!(look(normal(a, b, c)), Look::Back, "face {f} folds over");
+        assert_ne!(look(normal(a, b, c)), Facing::Back, "face {f} folds over");
         for i in 0..3 {
             let (a, b, c) = (face[i], face[(i + 1) % 3], face[(i + 2) % 3]);
             assert!(directed.insert((a, b)), "edge {a}-{b} has more than two faces");

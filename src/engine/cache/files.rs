@@ -5,7 +5,7 @@ use super::{Cache, blob_of};
 use crate::{
     engine::{
         hash::Digest,
-        wire::{Place, Reader, Writer},
+        wire::{Reader, RecordPlace, Writer},
     },
     regular,
 };
@@ -70,12 +70,12 @@ impl Remembered {
         w.u64(device);
         w.digest(&self.hash);
         w.i64(self.at);
-        w.seal(&Place::File { path })
+        w.seal(&RecordPlace::File { path })
     }
 
     /// `None` unless these are the bytes that belong to `path`.
     pub fn from_bytes(bytes: &[u8], path: &str) -> Option<Self> {
-        let r = &mut Reader::open(bytes, &Place::File { path })?;
+        let r = &mut Reader::open(bytes, &RecordPlace::File { path })?;
         let (size, mtime, ctime) = (r.u64()?, r.i64()?.into(), r.i64()?.into());
         let stamp = Stamp { size, mtime, ctime, inode: r.u64()?, device: r.u64()? };
         Some(Self { stamp, hash: r.digest()?, at: r.i64()? })

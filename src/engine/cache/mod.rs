@@ -29,7 +29,7 @@ use super::{
     hash::Digest,
     lookup::{DigestMap, DigestSet},
     record::{MapRecord, RunRecord},
-    wire::{Place, Reader, Writer},
+    wire::{Reader, RecordPlace, Writer},
 };
 use blob::Blobs;
 use files::nanoseconds;
@@ -333,9 +333,9 @@ fn fields_to_bytes(fields: &Fields, hash: &Digest) -> Vec<u8> {
         w.str(a);
         w.str(b);
     });
-    w.seal(&Place::Fixed { hash })
+    w.seal(&RecordPlace::Fixed { hash })
 }
 
 fn fields_from_bytes(bytes: &[u8], hash: &Digest) -> Option<Fields> {
-    Reader::open(bytes, &Place::Fixed { hash })?.list(|r| Some((r.str()?.to_owned(), r.str()?.to_owned())))
+    Reader::open(bytes, &RecordPlace::Fixed { hash })?.list(|r| Some((r.str()?.to_owned(), r.str()?.to_owned())))
 }

@@ -7,7 +7,7 @@
 use super::{
     link::{Links, Output},
     problem::Problem,
-    source::Place,
+    source::TextSpan,
 };
 use crate::engine::node::Arity;
 use crate::engine::suggest;
@@ -65,7 +65,7 @@ fn node(links: &Links, at: usize, known: &[Option<NodeAxes>], problems: &mut Vec
     let mut mapped: Vec<Output> = Vec::new();
     let mut gathered = vec![Vec::new(); inputs.len()];
     // Groups of inputs that shared axes connect: their axes, and the place of the first.
-    let mut groups: Vec<(Vec<Output>, Place)> = Vec::new();
+    let mut groups: Vec<(Vec<Output>, TextSpan)> = Vec::new();
     for (port, (spec, input)) in specs.iter().zip(&node.inputs).enumerate() {
         let Some(from) = input.from else { continue };
         let own: Vec<Output> = if matches!(spec.arity, Arity::Many { .. }) {
@@ -110,7 +110,7 @@ fn node(links: &Links, at: usize, known: &[Option<NodeAxes>], problems: &mut Vec
     sound.then_some(NodeAxes { mapped, inputs, gathered })
 }
 
-fn no_list(links: &Links, port: &str, from: Output, place: Place) -> Problem {
+fn no_list(links: &Links, port: &str, from: Output, place: TextSpan) -> Problem {
     let output = links.output_name(from);
     let message = format!("port `{port}` gathers a list, `{output}` is a single value");
     let help = "feed it an output that is a list, or one of a node that is mapped over a list";
@@ -144,9 +144,9 @@ fn per(
 }
 
 /// `cross = true` stands where groups of inputs share no axis, and nowhere else.
-fn crossing(links: &Links, at: usize, groups: &[(Vec<Output>, Place)], problems: &mut Vec<Problem>) {
+fn crossing(links: &Links, at: usize, groups: &[(Vec<Output>, TextSpan)], problems: &mut Vec<Problem>) {
     let node = &links.nodes[at];
-    let axes = |group: &(Vec<Output>, Place)| {
+    let axes = |group: &(Vec<Output>, TextSpan)| {
         let mut names: Vec<String> = group.0.iter().map(|a| links.output_name(*a)).collect();
         names.sort();
         names.dedup();

@@ -8,7 +8,7 @@ use super::{
     item::{Item, Items, references, valid_name, what},
     problem::Problem,
     read::{Argument, Layer},
-    source::Place,
+    source::TextSpan,
 };
 use crate::engine::suggest;
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ use toml::{
 /// A node as the layers together write it.
 pub struct DraftNode<'s> {
     /// Its name where a layer last wrote about it.
-    pub place: Place,
+    pub place: TextSpan,
     /// Orders nodes: the layer of the base first, then the place in the text.
     pub order: (u32, u32),
     pub kind: Option<Item<'s>>,
@@ -41,7 +41,7 @@ pub struct Draft<'s> {
     /// Knobs that only overruled values refer to.
     pub overruled: Vec<&'s str>,
     /// Per node, its requirements by path.
-    pub require: BTreeMap<&'s str, (Place, Items<'s>)>,
+    pub require: BTreeMap<&'s str, (TextSpan, Items<'s>)>,
 }
 
 const SECTIONS: [&str; 6] = ["pipeline", "params", "nodes", "outputs", "files", "require"];
@@ -77,7 +77,7 @@ pub fn merge<'s>(layers: &'s [Layer<'s>], problems: &mut Vec<Problem>) -> Draft<
 }
 
 fn item<'s>(source: u32, key: &Spanned<std::borrow::Cow<'s, str>>, value: &'s Spanned<DeValue<'s>>) -> Item<'s> {
-    Item { key: Place::new(source, key.span()), value: value.get_ref(), place: Place::new(source, value.span()) }
+    Item { key: TextSpan::new(source, key.span()), value: value.get_ref(), place: TextSpan::new(source, value.span()) }
 }
 
 /// The table that `item` must be.
@@ -248,7 +248,7 @@ pub fn apply<'s>(
 ) {
     for argument in arguments {
         let value = &argument.value;
-        let item = |key: Place| Item { key, value: value.get_ref(), place: Place::new(key.source, value.span()) };
+        let item = |key: TextSpan| Item { key, value: value.get_ref(), place: TextSpan::new(key.source, value.span()) };
         match argument.path[..] {
             [(name, place)] => match draft.knobs.get_mut(name) {
                 Some(knob) => *knob = item(place),
@@ -286,7 +286,7 @@ pub fn apply<'s>(
 /// The problem of naming a node that is not there, one of `others` problems.
 pub fn no_node<'a>(
     name: &str,
-    place: Place,
+    place: TextSpan,
     who: &str,
     known: impl Iterator<Item = &'a str> + Clone,
     others: usize,

@@ -1,15 +1,15 @@
 //! A value of a pipeline file with its place, and what can be said of it without knowing what it is for.
 
-use super::source::Place;
+use super::source::TextSpan;
 use std::collections::BTreeMap;
 use toml::de::DeValue;
 
 /// A value with its place and that of its key.
 #[derive(Clone, Copy)]
 pub struct Item<'s> {
-    pub key: Place,
+    pub key: TextSpan,
     pub value: &'s DeValue<'s>,
-    pub place: Place,
+    pub place: TextSpan,
 }
 
 /// Items by name; within the pipeline names are few or looked up once.

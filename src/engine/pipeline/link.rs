@@ -7,7 +7,7 @@ use super::{
     judge,
     kind::{KindInfo, Kinds, OWN_KEYS},
     problem::Problem,
-    source::Place,
+    source::TextSpan,
     value::Values,
 };
 use crate::engine::{
@@ -28,7 +28,7 @@ pub struct Input {
     /// What feeds it. `None`: absent, or wrong and reported.
     pub from: Option<Output>,
     pub via: Option<Output>,
-    pub place: Place,
+    pub place: TextSpan,
 }
 
 /// A node whose keys have been told apart.
@@ -43,8 +43,8 @@ pub struct Link<'s> {
     /// Some input is wrong, so that nothing can be said of the node's axes.
     pub broken: bool,
     pub join_inner: bool,
-    pub cross: Option<Place>,
-    pub per: Vec<(&'s str, Place)>,
+    pub cross: Option<TextSpan>,
+    pub per: Vec<(&'s str, TextSpan)>,
 }
 
 /// All nodes, sorted by name.
@@ -52,7 +52,7 @@ pub struct Links<'s> {
     pub nodes: Vec<Link<'s>>,
     pub registry: &'s Registry,
     /// What is allowed but can hardly be meant.
-    pub doubts: Vec<(Place, String)>,
+    pub doubts: Vec<(TextSpan, String)>,
 }
 
 /// Tells the keys of all nodes apart.
@@ -153,7 +153,7 @@ impl<'s> Links<'s> {
     }
 
     fn own_key(&mut self, at: usize, key: &str, item: Item<'s>, problems: &mut Vec<Problem>) {
-        let mut wrong = |place: Place, wanted: &str, found: &DeValue| {
+        let mut wrong = |place: TextSpan, wanted: &str, found: &DeValue| {
             let message = format!("`{key}` is {}, expected {wanted}", what(found));
             problems.push(Problem::at(place, message, format!("found {}", what(found))));
         };
@@ -170,7 +170,7 @@ impl<'s> Links<'s> {
             ("join", other) => wrong(item.place, "\"exact\" or \"inner\"", other),
             ("per", DeValue::Array(names)) => {
                 for entry in names {
-                    let place = Place::new(item.place.source, entry.span());
+                    let place = TextSpan::new(item.place.source, entry.span());
                     match entry.get_ref() {
                         DeValue::String(s) => node.per.push((s, place)),
                         other => wrong(place, "the name of a list output, in quotes", other),

@@ -28,7 +28,7 @@ pub use item::valid_name;
 pub use kind::OWN_KEYS;
 pub use problem::{Problem, Problems};
 pub use read::Stock;
-pub use source::{Place, Source, Sources};
+pub use source::{Source, Sources, TextSpan};
 
 use super::{
     plan::{NodeId, OutputRef, Plan, PlanInput, PlanNode, Publish, Requirement},
@@ -153,7 +153,7 @@ fn resolve<'s>(
     if draft.nodes.is_empty() {
         let help =
             "a node is a table such as [nodes.load] with kind = \"load-scene\"; `farfield nodes` lists the kinds";
-        problems.push(Problem::at(Place::default(), "the pipeline has no nodes", "nothing to bake").help(help));
+        problems.push(Problem::at(TextSpan::default(), "the pipeline has no nodes", "nothing to bake").help(help));
     }
     let links = link::link(draft, registry, &values, everywhere, problems);
     let order = order::order(&links, problems);

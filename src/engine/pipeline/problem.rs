@@ -1,7 +1,7 @@
 //! What is wrong with a pipeline: all of it at once, each with its place, what was found there, what was expected and
 //! the nearest valid name.
 
-use super::source::{Place, Sources};
+use super::source::{Sources, TextSpan};
 use crate::engine::suggest::elide;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
 use std::{fmt, sync::Arc};
@@ -21,17 +21,17 @@ pub struct Problem {
     /// What is wrong, in one line.
     pub message: String,
     /// Where; `None` for what is wrong with no text, such as a pipeline file that cannot be read.
-    pub place: Option<Place>,
+    pub place: Option<TextSpan>,
     /// What was found there.
     pub label: String,
     /// Other places that explain it.
-    pub also: Vec<(Place, String)>,
+    pub also: Vec<(TextSpan, String)>,
     /// What to do.
     pub help: Option<String>,
 }
 
 impl Problem {
-    pub fn at(place: Place, message: impl Into<String>, label: impl Into<String>) -> Self {
+    pub fn at(place: TextSpan, message: impl Into<String>, label: impl Into<String>) -> Self {
         Self { message: message.into(), place: Some(place), label: label.into(), also: Vec::new(), help: None }
     }
 
@@ -47,7 +47,7 @@ impl Problem {
     }
 
     #[must_use]
-    pub fn also(mut self, place: Place, label: impl Into<String>) -> Self {
+    pub fn also(mut self, place: TextSpan, label: impl Into<String>) -> Self {
         self.also.push((place, label.into()));
         self
     }
@@ -166,13 +166,13 @@ impl Diagnostic for Shown<'_> {
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
         let place = self.problem.place.filter(|_| self.source.is_some())?;
-        let span = move |p: Place, label: &str| {
+        let span = move |p: TextSpan, label: &str| {
             let label = (!label.is_empty()).then(|| elide(label, LABEL));
             // Of a value of many lines the first is enough.
             let length = self.sources.text(p).lines().next().map_or(0, str::len);
             LabeledSpan::new(label, p.start as usize, length)
         };
-        let short = move |p: &Place| self.sources.longest_line(*p) <= LINE;
+        let short = move |p: &TextSpan| self.sources.longest_line(*p) <= LINE;
         let also = self.problem.also.iter().filter(move |(p, _)| p.source == place.source && *p != place && short(p));
         Some(Box::new(std::iter::once(span(place, &self.problem.label)).chain(also.map(move |(p, l)| span(*p, l)))))
     }

@@ -6,7 +6,7 @@ use super::{
     item::{Item, what},
     link::{Links, Output},
     problem::Problem,
-    source::Place,
+    source::TextSpan,
 };
 use crate::engine::publish::names;
 use std::collections::BTreeMap;
@@ -42,7 +42,7 @@ pub fn outputs(draft: &Draft, links: &Links, problems: &mut Vec<Problem>) {
 pub fn files(draft: &Draft, links: &Links, known: &[Option<NodeAxes>], problems: &mut Vec<Problem>) -> Vec<FileEntry> {
     let mut entries: Vec<(&str, Item)> = draft.files.iter().map(|(k, v)| (*k, *v)).collect();
     entries.sort_by_key(|(_, item)| item.key);
-    let mut taken: BTreeMap<String, (Place, &str)> = BTreeMap::new();
+    let mut taken: BTreeMap<String, (TextSpan, &str)> = BTreeMap::new();
     let mut files = Vec::new();
     for (path, item) in entries {
         let folder = path.ends_with('/');
@@ -162,12 +162,12 @@ fn check_path(path: &str) -> Result<(), (String, String)> {
 /// Two paths that some system cannot tell apart, or one that is a folder of the other.
 fn collide<'s>(
     path: &'s str,
-    place: Place,
-    taken: &mut BTreeMap<String, (Place, &'s str)>,
+    place: TextSpan,
+    taken: &mut BTreeMap<String, (TextSpan, &'s str)>,
     problems: &mut Vec<Problem>,
 ) {
     let lower = names::folded(path);
-    let mut report = |(other, name): (Place, &str), why: &str| {
+    let mut report = |(other, name): (TextSpan, &str), why: &str| {
         let (path, name) = names::told_apart(path, name);
         let message = format!("[files]: `{path}` and `{name}` {why}");
         problems.push(Problem::at(place, message, "this one").also(other, "and this one").help("choose another name"));

@@ -2,7 +2,7 @@
 
 use super::{
     problem::Problem,
-    source::{Place, Source, Sources},
+    source::{Source, Sources, TextSpan},
 };
 use crate::engine::suggest;
 use std::{
@@ -101,7 +101,7 @@ pub fn parse<'s>(source: u32, text: &'s str, problems: &mut Vec<Problem>) -> Opt
         let mut span = error.span().unwrap_or(0..0);
         span.end = span.end.min(text.len());
         span.start = span.start.min(span.end);
-        let problem = syntax(Place::new(source, span), error.message(), text);
+        let problem = syntax(TextSpan::new(source, span), error.message(), text);
         // A line with several wrong escapes has one cause.
         let line =
             |p: &Problem| p.place.map(|p| text.as_bytes()[..p.start as usize].iter().filter(|b| **b == b'\n').count());
@@ -117,7 +117,7 @@ pub fn parse<'s>(source: u32, text: &'s str, problems: &mut Vec<Problem>) -> Opt
 }
 
 /// A syntax error, with what usually causes it.
-fn syntax(place: Place, message: &str, text: &str) -> Problem {
+fn syntax(place: TextSpan, message: &str, text: &str) -> Problem {
     let (start, end) = (place.start as usize, place.end as usize);
     let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
     let line_end = text[end..].find('\n').map_or(text.len(), |at| end + at);
@@ -197,7 +197,7 @@ pub fn bases(
     let mut texts: Vec<(u32, Arc<str>)> = Vec::new();
     let mut seen = vec![identity(top_path)];
     let mut names = vec![sources.by_number(0).name.clone()];
-    let mut next = base_of(top).map(|(name, span)| (name.to_owned(), Place::new(0, span)));
+    let mut next = base_of(top).map(|(name, span)| (name.to_owned(), TextSpan::new(0, span)));
     while let Some((base, place)) = next {
         let folder = sources.get(place).folder.clone();
         let (source, path) = match open(&base, &folder, stock) {
@@ -218,7 +218,7 @@ pub fn bases(
         let text = Arc::clone(&source.text);
         let number = sources.add(source);
         let Some(table) = parse(number, &text, problems) else { break };
-        next = base_of(&table).map(|(name, span)| (name.to_owned(), Place::new(number, span)));
+        next = base_of(&table).map(|(name, span)| (name.to_owned(), TextSpan::new(number, span)));
         texts.push((number, Arc::clone(&text)));
     }
     texts
@@ -231,7 +231,7 @@ fn identity(path: &Path) -> PathBuf {
 /// A `--set` argument.
 pub struct Argument<'s> {
     /// A knob's name, or a node's and the name of one of its keys.
-    pub path: Vec<(&'s str, Place)>,
+    pub path: Vec<(&'s str, TextSpan)>,
     pub value: Spanned<DeValue<'s>>,
 }
 
@@ -244,7 +244,7 @@ impl Argument<'_> {
 
 /// Reads `name=value` or `node.key=value`, the value in TOML's syntax or as plain text.
 pub fn argument<'s>(source: u32, text: &'s str) -> Result<Argument<'s>, Problem> {
-    let whole = Place::new(source, 0..text.len());
+    let whole = TextSpan::new(source, 0..text.len());
     let expected = "expected --set name=value for a knob, or --set node.param=value";
     let Some(at) = text.find('=') else {
         return Err(Problem::at(whole, format!("--set {text}: there is no `=`"), "no value").help(expected));
@@ -254,11 +254,11 @@ pub fn argument<'s>(source: u32, text: &'s str) -> Result<Argument<'s>, Problem>
     for part in text[..at].split('.') {
         let name = part.trim();
         let from = start + part.len() - part.trim_start().len();
-        path.push((name, Place::new(source, from..from + name.len())));
+        path.push((name, TextSpan::new(source, from..from + name.len())));
         start += part.len() + 1;
     }
     if path.len() > 2 || path.iter().any(|(name, _)| name.is_empty()) {
-        let place = Place::new(source, 0..at);
+        let place = TextSpan::new(source, 0..at);
         return Err(Problem::at(place, format!("--set {text}: no such name"), "no knob or parameter").help(expected));
     }
     let trimmed = text[at + 1..].trim();

@@ -5,7 +5,7 @@ use super::{
     item::{Item, what},
     link::{Input, Links, Output},
     problem::Problem,
-    source::Place,
+    source::TextSpan,
 };
 use crate::engine::node::{Arity, PortSpec};
 use crate::engine::suggest;
@@ -22,7 +22,7 @@ impl<'s> Links<'s> {
                 let source = item.place.source;
                 let mut from = None;
                 for (key, value) in table {
-                    let place = Place::new(source, value.span());
+                    let place = TextSpan::new(source, value.span());
                     match (&**key.get_ref(), value.get_ref()) {
                         ("from", DeValue::String(s)) => from = Some((&**s, place)),
                         ("via", DeValue::String(s)) => {
@@ -49,7 +49,7 @@ impl<'s> Links<'s> {
                             return input;
                         }
                         (other, _) => {
-                            let place = Place::new(source, key.span());
+                            let place = TextSpan::new(source, key.span());
                             let hint = suggest::did_you_mean(other, ["from", "via"]);
                             let help = format!(
                                 "{hint}a port's table is {{ from = \"node.output\", via = \"node.relation\" }}"
@@ -92,7 +92,7 @@ impl<'s> Links<'s> {
         at: usize,
         spec: &PortSpec,
         text: &str,
-        place: Place,
+        place: TextSpan,
         problems: &mut Vec<Problem>,
     ) -> Option<Output> {
         let (node, port) = self.find(text, place, &format!("port `{}`", spec.name), problems)?;
@@ -124,7 +124,7 @@ impl<'s> Links<'s> {
 
     /// The output that `text`, "node" or "node.output", names; `who` asks. `None` without a problem where the node's
     /// kind is unknown.
-    pub fn find(&self, text: &str, place: Place, who: &str, problems: &mut Vec<Problem>) -> Option<Output> {
+    pub fn find(&self, text: &str, place: TextSpan, who: &str, problems: &mut Vec<Problem>) -> Option<Output> {
         let (name, output) = text.split_once('.').map_or((text, None), |(n, o)| (n, Some(o)));
         let Some(node) = self.node(name) else {
             if text.starts_with('{') {

@@ -5,7 +5,7 @@ use super::{
     item::{Item, what},
     link::{Links, Output},
     problem::Problem,
-    source::{Place, Sources},
+    source::{Sources, TextSpan},
     value::Values,
 };
 use crate::engine::node::Measure;
@@ -56,7 +56,7 @@ pub fn require<'s>(
 }
 
 /// The output of a node that is judged.
-fn certificate(links: &Links, node: usize, place: Place, who: &str, problems: &mut Vec<Problem>) -> Option<u32> {
+fn certificate(links: &Links, node: usize, place: TextSpan, who: &str, problems: &mut Vec<Problem>) -> Option<u32> {
     let info = links.nodes[node].info.as_ref()?;
     let judged = |o: &crate::engine::node::PortSpec| o.name == "certificate" && o.ty.name == "File";
     if let Some(port) = info.outputs().iter().position(judged) {
@@ -75,7 +75,7 @@ fn certificate(links: &Links, node: usize, place: Place, who: &str, problems: &m
 }
 
 /// Whether the node's certificate has a number at `path`; reported if not.
-fn measured(links: &Links, node: usize, path: &str, place: Place, problems: &mut Vec<Problem>) -> bool {
+fn measured(links: &Links, node: usize, path: &str, place: TextSpan, problems: &mut Vec<Problem>) -> bool {
     let Some(info) = &links.nodes[node].info else { return false };
     let spec = info.kind.spec();
     if spec.measures.is_empty() || spec.measures.iter().any(|m| m.path == path) {
@@ -131,9 +131,10 @@ fn bound<'s>(
     let (mut min, mut max) = (None, None);
     let mut sound = true;
     for (key, value) in table {
-        let key_place = Place::new(item.place.source, key.span());
+        let key_place = TextSpan::new(item.place.source, key.span());
         let name = &**key.get_ref();
-        let inner = Item { key: key_place, value: value.get_ref(), place: Place::new(item.place.source, value.span()) };
+        let inner =
+            Item { key: key_place, value: value.get_ref(), place: TextSpan::new(item.place.source, value.span()) };
         if !matches!(name, "min" | "max") && !dotted(values.sources, key_place) && !value.get_ref().is_table() {
             let message = format!("[require]: a bound has no `{name}`");
             problems.push(Problem::at(key_place, message, "not min or max").help(format!("{}{FORM}", meant(name))));
@@ -181,7 +182,7 @@ fn meant(word: &str) -> &'static str {
 }
 
 /// Whether a dot stands before the key at `place`.
-fn dotted(sources: &Sources, place: Place) -> bool {
+fn dotted(sources: &Sources, place: TextSpan) -> bool {
     sources
         .get(place)
         .text
@@ -192,8 +193,8 @@ fn dotted(sources: &Sources, place: Place) -> bool {
 /// Applies `NODE.MEASURE=…` to the bounds.
 fn argument(source: u32, links: &Links, sources: &Sources, bounds: &mut Vec<Bound>, problems: &mut Vec<Problem>) {
     let text = &*sources.by_number(source).text;
-    let place = |start: usize, part: &str| Place::new(source, start..start + part.len());
-    let fail = |at: Place, message: String, label: &str| Problem::at(at, message, label).help(ARGUMENT);
+    let place = |start: usize, part: &str| TextSpan::new(source, start..start + part.len());
+    let fail = |at: TextSpan, message: String, label: &str| Problem::at(at, message, label).help(ARGUMENT);
     let Some((at, operator)) = operator(text) else {
         problems.push(fail(place(0, text), format!("--require {text}: there is no bound"), "no bound"));
         return;

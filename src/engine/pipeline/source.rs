@@ -4,13 +4,13 @@ use std::{ops::Range, path::PathBuf, sync::Arc};
 
 /// A span of bytes in one of the [`Sources`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Place {
+pub struct TextSpan {
     pub source: u32,
     pub start: u32,
     pub end: u32,
 }
 
-impl Place {
+impl TextSpan {
     pub fn new(source: u32, span: Range<usize>) -> Self {
         // Texts are at most `read::MAX_BYTES` long.
         Self { source, start: span.start as u32, end: span.end as u32 }
@@ -41,7 +41,7 @@ impl Sources {
         (self.0.len() - 1) as u32
     }
 
-    pub fn get(&self, place: Place) -> &Source {
+    pub fn get(&self, place: TextSpan) -> &Source {
         &self.0[place.source as usize]
     }
 
@@ -55,12 +55,12 @@ impl Sources {
     }
 
     /// The text at `place`.
-    pub fn text(&self, place: Place) -> &str {
+    pub fn text(&self, place: TextSpan) -> &str {
         self.get(place).text.get(place.start as usize..place.end as usize).unwrap_or_default()
     }
 
     /// Bytes of the longest of the lines that a report quotes for `place`: its first, the one before and the one after.
-    pub fn longest_line(&self, place: Place) -> usize {
+    pub fn longest_line(&self, place: TextSpan) -> usize {
         let text = self.get(place).text.as_bytes();
         let at = (place.start as usize).min(text.len());
         let end = |from: usize| text[from..].iter().position(|b| *b == b'\n').map_or(text.len(), |n| from + n);
@@ -72,7 +72,7 @@ impl Sources {
     }
 
     /// `file:line`, the line counted from 1.
-    pub fn line(&self, place: Place) -> String {
+    pub fn line(&self, place: TextSpan) -> String {
         let source = self.get(place);
         let before = source.text.as_bytes().get(..place.start as usize).unwrap_or_default();
         format!("{}:{}", source.name, before.iter().filter(|b| **b == b'\n').count() + 1)

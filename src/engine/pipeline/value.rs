@@ -3,7 +3,7 @@
 use super::{
     item::{Item, Items, reference, references, valid_name, what},
     problem::Problem,
-    source::{Place, Sources},
+    source::{Sources, TextSpan},
 };
 use crate::{
     engine::{
@@ -36,8 +36,8 @@ const OUT_OF_RANGE: &str = "out of range";
 #[derive(Clone, Copy)]
 struct Found<'s> {
     value: &'s DeValue<'s>,
-    place: Place,
-    reference: Option<Place>,
+    place: TextSpan,
+    reference: Option<TextSpan>,
     /// The parameter that it is for.
     name: &'s str,
 }
@@ -148,7 +148,7 @@ impl<'s> Values<'s> {
                 for (key, item) in table {
                     let inner = Found { value: item.get_ref(), name: key.get_ref(), ..self.inside(found, item) };
                     let Some(ty) = fields.get(&**key.get_ref()).or(rest.as_deref()) else {
-                        let place = Place::new(found.place.source, key.span());
+                        let place = TextSpan::new(found.place.source, key.span());
                         let help = format!(
                             "{}`{}` has {}",
                             suggest::did_you_mean(key.get_ref(), fields.keys().map(String::as_str)),
@@ -182,7 +182,7 @@ impl<'s> Values<'s> {
     }
 
     fn inside(&self, found: Found<'s>, item: &Spanned<DeValue>) -> Found<'s> {
-        Found { place: Place::new(found.place.source, item.span()), ..found }
+        Found { place: TextSpan::new(found.place.source, item.span()), ..found }
     }
 
     /// What knob `name` holds.

@@ -14,7 +14,7 @@ use super::{FormatError, gltf::schema};
 use crate::scene::{Mesh, Object, Scene, tables::Tables};
 use binary::Binary;
 use material::Materials;
-use node::Place;
+use node::NodePlacement;
 use std::collections::BTreeMap;
 
 /// What a written file should be like.
@@ -75,8 +75,8 @@ pub fn write_glb_with(scene: &Scene, options: &GlbOptions, scalars: &[Scalars]) 
             continue;
         }
         let mut node = schema::Node { name: Some(object.name.clone()), ..Default::default() };
-        let mesh = match Place::of(&object.transform) {
-            Place::Baked(transform) => {
+        let mesh = match NodePlacement::of(&object.transform) {
+            NodePlacement::Baked(transform) => {
                 let baked = shown.iter().map(|[mesh, material]| {
                     let mesh = transform.apply(tables.meshes[*mesh as usize]);
                     Ok((store(&mesh, object, scalars, &mut root, &mut binary)?, *material))
@@ -84,7 +84,7 @@ pub fn write_glb_with(scene: &Scene, options: &GlbOptions, scalars: &[Scalars]) 
                 let baked = baked.collect::<Result<Vec<_>, FormatError>>()?;
                 push_mesh(&mut root, &mut materials, object, &baked)
             }
-            Place::Node(place) => {
+            NodePlacement::Node(place) => {
                 (node.translation, node.rotation, node.scale) = (place.translation, place.rotation, place.scale);
                 match shared.get(&shown) {
                     Some(n) => *n,

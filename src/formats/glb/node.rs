@@ -3,7 +3,7 @@
 use crate::scene::Mesh;
 use glam::{Mat4, Vec3};
 
-pub(super) enum Place {
+pub(super) enum NodePlacement {
     Node(Trs),
     Baked(Transform),
 }
@@ -19,7 +19,7 @@ pub(super) struct Trs {
 /// A transform that glTF's nodes cannot hold: sheared, or without volume.
 pub(super) struct Transform(Mat4);
 
-impl Place {
+impl NodePlacement {
     /// A node's matrix must be a translation, rotation and scale: validators refuse others.
     pub fn of(m: &Mat4) -> Self {
         if *m == Mat4::IDENTITY {

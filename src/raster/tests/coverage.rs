@@ -142,7 +142,7 @@ fn instances_share_numbers_in_order() {
     let scene = Scene { objects: vec![shared, other] };
     let geometry = Geometry::new(&scene);
     assert_eq!(geometry.triangle_count(), 64);
-    assert_eq!(geometry.locate(40), Place { object: 1, part: 0, triangle: 8 });
+    assert_eq!(geometry.locate(40), TriangleOrigin { object: 1, part: 0, triangle: 8 });
     assert_eq!((geometry.object_of(31), geometry.object_of(32), geometry.part_of(63)), (0, 1, 0));
     // A mirrored instance keeps its faces outward.
     for t in 0..64 {

@@ -8,7 +8,7 @@ use super::{
 use crate::{
     image::Picture,
     math::{Stop, Stopped},
-    raster::{Camera, Grid, NOTHING, Rendering, Samples, Tile},
+    raster::{Camera, NOTHING, Rendering, Samples, Tile, TileGrid},
     view::View,
 };
 use rayon::prelude::*;
@@ -77,7 +77,7 @@ impl Model {
         selected.retain(|s| s.weight > 0.0);
         let picture = self.picture(view, how, blending, &selected, stop)?;
         let layers = Layers::new(self, &selected, view, Tile::SIDE, how, blending, stop)?;
-        let grid = Grid::new(view.width, view.height, Tile::SIDE);
+        let grid = TileGrid::new(view.width, view.height, Tile::SIDE);
         let tiles = in_tiles(&grid, stop, |tile, samples| layers.centres(tile, samples))?;
         let (mut depth, mut surface, mut mask) = (Vec::new(), Vec::new(), Vec::new());
         for (z, s, m) in tiles {
@@ -109,16 +109,16 @@ impl Model {
         let pixels = Tile::SIDE / s;
         let layers = Layers::new(self, selected, &times(s), pixels * s, how, blending, stop)?;
         let camera = Camera::new(&times(shades));
-        let samples = Grid::new(view.width * s, view.height * s, pixels * s);
+        let samples = TileGrid::new(view.width * s, view.height * s, pixels * s);
         let tiles = in_tiles(&samples, stop, |tile, samples| resolve(&layers, &camera, &tile, samples, how))?;
-        let texels = Grid::new(view.width, view.height, pixels).join(&tiles, [0; 4]);
+        let texels = TileGrid::new(view.width, view.height, pixels).join(&tiles, [0; 4]);
         Ok(Picture { width: view.width, height: view.height, texels })
     }
 }
 
 /// What `work` gives for every tile, in the order of the tiles. It gets room for the samples of each reference.
 fn in_tiles<R: Send>(
-    grid: &Grid,
+    grid: &TileGrid,
     stop: &Stop,
     work: impl Fn(Tile, &mut Vec<Samples>) -> R + Sync,
 ) -> Result<Vec<R>, Stopped> {

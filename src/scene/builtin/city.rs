@@ -31,7 +31,7 @@ fn ground(x: f32, z: f32) -> f32 {
     1.0 + ((rise * 7.0).floor() / 7.0) * (PLATFORM - 2.0)
 }
 
-struct Look {
+struct Palette {
     plaster: Vec<Arc<Material>>,
     stone: Arc<Material>,
     temple: Arc<Material>,
@@ -41,7 +41,7 @@ struct Look {
     green: Arc<Material>,
 }
 
-impl Look {
+impl Palette {
     fn new(seed: u64) -> Self {
         let plaster = texture::stained("plaster", seed ^ 1, [0.72, 0.66, 0.56], [0.96, 0.92, 0.84]);
         let stone = texture::blocks("stone", seed ^ 2, 8, [0.30, 0.28, 0.26], [0.48, 0.45, 0.41], [0.70, 0.66, 0.60]);
@@ -140,7 +140,7 @@ fn slab(min: Vec3, max: Vec3, cut: u32) -> Shape {
 }
 
 pub fn city(seed: u64) -> Scene {
-    let look = Look::new(seed);
+    let look = Palette::new(seed);
     let mut random = Random::new(seed);
     let mut objects = Vec::new();
     let still = Mat4::IDENTITY;
@@ -169,7 +169,7 @@ pub fn city(seed: u64) -> Scene {
 }
 
 /// Blocks of houses between canals, on terraces that rise towards the precinct.
-fn houses(objects: &mut Vec<Object>, random: &mut Random, look: &Look) {
+fn houses(objects: &mut Vec<Object>, random: &mut Random, look: &Palette) {
     let kinds: Vec<Arc<Mesh>> =
         (0..12).map(|i| house(3.8 + 0.06 * i as f32, 0.5 + 0.1 * (i % 3) as f32).mesh(6.0)).collect();
     let blocks = ((2.0 * HALF + GAP) / (BLOCK + GAP)).floor() as i32;
@@ -210,7 +210,7 @@ fn quarter_turns(n: usize) -> Mat4 {
 }
 
 /// The walled platform with its pyramids and plazas.
-fn precinct(objects: &mut Vec<Object>, random: &mut Random, look: &Look) {
+fn precinct(objects: &mut Vec<Object>, random: &mut Random, look: &Palette) {
     let h = PRECINCT;
     for (i, (x, z)) in [(-1.0, -1.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 0.0)].into_iter().enumerate() {
         let (lo, hi) = (Vec3::new(x * h, 0.0, z * h), Vec3::new((x + 1.0) * h, PLATFORM, (z + 1.0) * h));

@@ -8,7 +8,7 @@
 //! Always: each face is in exactly one chart; no two faces of a chart own the same texel; faces whose texels touch
 //! either share a vertex or are neighbours in space too, so that filtering mixes only colours that belong together.
 
-use super::grid::{Grid, REACH, signed_distance};
+use super::grid::{REACH, TexelOwners, signed_distance};
 use super::place::Space;
 use crate::math::{Stop, Stopped};
 use glam::{DVec2, DVec3};
@@ -70,7 +70,7 @@ pub struct Chart {
     pub scale: f64,
     pub faces: Vec<u32>,
     /// Which face each texel belongs to.
-    pub grid: Grid,
+    pub grid: TexelOwners,
 }
 
 impl Chart {
@@ -162,7 +162,7 @@ pub fn cut(space: &Space, density: f64, margin: u32, max_size: u32, stop: &Stop)
         let number = charts.len() as u32;
         let like = &shapes[seed as usize];
         let axis = axis_of(like.normal);
-        let mut chart = Chart { axis, scale: density, faces: Vec::new(), grid: Grid::default() };
+        let mut chart = Chart { axis, scale: density, faces: Vec::new(), grid: TexelOwners::default() };
         for _ in 0..like.class {
             chart.scale *= std::f64::consts::SQRT_2;
         }

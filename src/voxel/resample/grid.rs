@@ -16,7 +16,7 @@ pub const NONE: u32 = u32::MAX;
 
 /// A rectangle of texels with owners.
 #[derive(Default)]
-pub struct Grid {
+pub struct TexelOwners {
     /// Texel at the grid's top left.
     origin: Texel,
     size: Texel,
@@ -52,7 +52,7 @@ fn texels(low: DVec2, high: DVec2, reach: f64) -> (Texel, Texel) {
     ([a.x as i32, a.y as i32], [b.x as i32 + 1, b.y as i32 + 1])
 }
 
-impl Grid {
+impl TexelOwners {
     /// Whether the faces' bounding box with `t` in it has sides of at most `room`.
     pub fn stays_within(&self, t: &[DVec2; 3], room: f64) -> bool {
         let (mut low, mut high) = corners(t);

@@ -15,13 +15,13 @@ const BARE: u32 = u32::MAX;
 
 /// How a voxel looks; `object` is the object's number in the scene.
 #[derive(Clone, Copy)]
-struct Look {
+struct VoxelPaint {
     color: [u8; 4],
     normal: [i16; 2],
     object: u32,
 }
 
-impl Look {
+impl VoxelPaint {
     fn put_on(&self, voxel: &mut Voxel) {
         (voxel.color, voxel.normal, voxel.object) = (self.color, self.normal, self.object);
     }
@@ -176,10 +176,10 @@ impl Mean {
     }
 
     /// `None` where nothing was seen.
-    fn look(&self, face: &Face) -> Option<Look> {
+    fn look(&self, face: &Face) -> Option<VoxelPaint> {
         let object = self.object(face)?;
         let [r, g, b] = self.sum.map(|s| srgb::from_linear(s / self.count as f32));
-        Some(Look { color: [r, g, b, 255], normal: octahedral(self.normal), object })
+        Some(VoxelPaint { color: [r, g, b, 255], normal: octahedral(self.normal), object })
     }
 
     /// The object of most samples; of several, the nearest, then the first. None where nothing was seen.
