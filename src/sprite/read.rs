@@ -1,6 +1,6 @@
 //! Reading a sprite's files: the manifest and the data that `Packed::file` laid out. Any bytes give an image or an error.
 
-use super::{Frame, LayeredDepthImage, Layout, Region, layered::INVALID};
+use super::{CubeFrame, LayeredDepthImage, Layout, Region, layered::INVALID};
 use glam::DVec3;
 use serde::Deserialize;
 use serde_json::Value;
@@ -59,7 +59,7 @@ pub fn data_file(manifest: &Value) -> Result<&str, ReadError> {
 }
 
 /// The image that the data hold, and its place in the world.
-pub fn sprite(manifest: &Value, data: &[u8]) -> Result<(LayeredDepthImage, Frame), ReadError> {
+pub fn sprite(manifest: &Value, data: &[u8]) -> Result<(LayeredDepthImage, CubeFrame), ReadError> {
     let m = Manifest::deserialize(manifest).map_err(|e| ReadError::new("manifest", e.to_string()))?;
     if m.version != VERSION {
         return Err(ReadError::new("version", format!("{}; expected {VERSION}", m.version)));
@@ -81,8 +81,8 @@ pub fn sprite(manifest: &Value, data: &[u8]) -> Result<(LayeredDepthImage, Frame
     Ok((image, frame(&m.world_to_texture)?))
 }
 
-/// Inverse of [`Frame::to_texture`].
-fn frame(rows: &[[f64; 4]; 3]) -> Result<Frame, ReadError> {
+/// Inverse of [`CubeFrame::to_texture`].
+fn frame(rows: &[[f64; 4]; 3]) -> Result<CubeFrame, ReadError> {
     let wrong = || ReadError::new("world_to_texture", "expected axes of one length at right angles");
     let [r, d, f] = rows.map(|row| DVec3::new(row[0], row[1], row[2]));
     let side = 1.0 / r.length();
@@ -94,7 +94,7 @@ fn frame(rows: &[[f64; 4]; 3]) -> Result<Frame, ReadError> {
     if !(centre.is_finite() && side.is_finite()) {
         return Err(wrong());
     }
-    Frame::from_parts([right, up, forward], centre, side).ok_or_else(wrong)
+    CubeFrame::from_parts([right, up, forward], centre, side).ok_or_else(wrong)
 }
 
 struct File<'a> {
@@ -248,7 +248,7 @@ fn doubled(starts: Vec<u32>, depths: Vec<f32>) -> Result<Lists, ReadError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sprite::{Grid, Packed};
+    use crate::sprite::{DepthQuantizer, Packed};
     use proptest::prelude::*;
     use serde_json::json;
 
@@ -263,7 +263,7 @@ mod tests {
         LayeredDepthImage::new([8, 6], rays).crop().unwrap()
     }
 
-    fn files(packed: &Packed, frame: &Frame) -> (Value, Vec<u8>) {
+    fn files(packed: &Packed, frame: &CubeFrame) -> (Value, Vec<u8>) {
         let (bytes, sections) = packed.file();
         let sections: Vec<Value> = sections
             .iter()
@@ -293,14 +293,14 @@ mod tests {
 
     fn all() -> Vec<Packed> {
         let image = image();
-        let grid = Grid::around(&image);
+        let grid = DepthQuantizer::around(&image);
         let both = Layout::ALL.map(|l| [Packed::new(&image, l), Packed::short(&image, l, grid)]);
         both.into_iter().flatten().flatten().collect()
     }
 
-    fn frame() -> Frame {
+    fn frame() -> CubeFrame {
         let turn = glam::DMat3::from_rotation_y(0.7) * glam::DMat3::from_rotation_x(0.4);
-        Frame::from_parts([turn * DVec3::X, turn * DVec3::Y, turn * -DVec3::Z], DVec3::new(1.0, -2.0, 30.0), 4.0)
+        CubeFrame::from_parts([turn * DVec3::X, turn * DVec3::Y, turn * -DVec3::Z], DVec3::new(1.0, -2.0, 30.0), 4.0)
             .unwrap()
     }
 
