@@ -56,6 +56,14 @@ pub fn measures() -> &'static [Measure] {
             })
             .collect();
         all.extend(ceiling);
+        for (mode, words) in MODES {
+            let of_mode = OF_MODES.iter().flat_map(Group::measures);
+            all.extend(of_mode.map(|m| Measure {
+                path: format!("{mode}.{}", m.path),
+                about: format!("{words}: {}", m.about),
+                ..m
+            }));
+        }
         all.sort_by(|a, b| a.path.cmp(&b.path));
         all
     });
@@ -119,7 +127,7 @@ impl Group {
 }
 
 /// What a stand-in costs: less of it is less detail.
-const COSTS: [&str; 5] = ["triangles", "draw_calls", "texels", "bytes", "memory_bytes"];
+const COSTS: [&str; 6] = ["triangles", "triangles_per_view", "draw_calls", "texels", "bytes", "memory_bytes"];
 
 const MIN: &[Part] = &[Part::Mean, Part::Min];
 const MAX: &[Part] = &[Part::Mean, Part::Max];
@@ -148,6 +156,56 @@ const fn single(
 ) -> Group {
     Group { path, parts, about, unit, better, picture: None, of_ceiling: false }
 }
+
+/// Ways to draw a stand-in that certificates tell apart, see [`super::modes`].
+pub const MODES: [(&str, &str); 2] =
+    [("static", "drawn with its static meshes"), ("view_dependent", "drawn with meshes made for each view")];
+
+/// Numbers of each way to draw.
+const OF_MODES: &[Group] = &[
+    single("triangles_per_view", MAX, "", Better::Lower, "triangles that are drawn"),
+    single("references_per_view", MAX, "", Better::Neither, "reference views that take part"),
+    single("psnr_y_object_db", MIN, "dB", Better::Higher, "likeness of brightness over the object's pixels"),
+    single("floor_px", COUNT, "px", Better::Lower, "pixels whose surface no reference view saw"),
+    single("missing_px", COUNT, "px", Better::Lower, "holes, away from edges"),
+    single("missing_px.with_edges_ratio", ONE, "", Better::Lower, "holes; over the original's covered pixels"),
+    single(
+        "missing_px.without_floor",
+        COUNT,
+        "px",
+        Better::Lower,
+        "holes where a reference view saw the surface, away from edges",
+    ),
+    single(
+        "missing_px.without_floor_with_edges_ratio",
+        ONE,
+        "",
+        Better::Lower,
+        "holes where a reference view saw the surface; over the original's covered pixels",
+    ),
+    single("wrong_surface_px", COUNT, "px", Better::Lower, "a surface behind the right one shows, away from edges"),
+    single(
+        "wrong_surface_px.with_edges_ratio",
+        ONE,
+        "",
+        Better::Lower,
+        "a surface behind the right one shows; over the original's covered pixels",
+    ),
+    single(
+        "wrong_surface_px.without_floor",
+        COUNT,
+        "px",
+        Better::Lower,
+        "a surface behind the right one shows where a reference view saw that, away from edges",
+    ),
+    single(
+        "wrong_surface_px.without_floor_with_edges_ratio",
+        ONE,
+        "",
+        Better::Lower,
+        "a surface behind the right one shows where a reference view saw that; over the original's covered pixels",
+    ),
+];
 
 const GROUPS: &[Group] = &[
     compared(

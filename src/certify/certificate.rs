@@ -1,7 +1,7 @@
 //! The certificate as it is written: plain data, deterministic bytes.
 
 use super::{
-    about::{Better, Helps, Measure, measures},
+    about::{Better, Helps, MODES, Measure, measures},
     figures::Figures,
     modes::ModeFigures,
     requirements::{self, Requirement, Verdict},
@@ -185,7 +185,11 @@ impl Certificate {
         self.verdict = requirements::verdict(&self.requirements);
         self.sentence = requirements::sentence(self);
         self.summary = summary::lines(self);
-        let own = measures().iter().filter(|m| !m.path.starts_with("ceiling."));
+        let absent = |path: &str| {
+            let of = |mode: &str| path.strip_prefix(mode).is_some_and(|rest| rest.starts_with('.'));
+            MODES.iter().any(|(mode, _)| of(mode) && !self.modes.contains_key(*mode))
+        };
+        let own = measures().iter().filter(|m| !m.path.starts_with("ceiling.") && !absent(&m.path));
         let about = |m: &'static Measure| About {
             about: &m.about,
             unit: m.unit,

@@ -61,9 +61,9 @@ pub enum DepthRange {
 #[serde(rename_all = "kebab-case")]
 pub enum Propagation {
     /// They are cut too.
-    #[default]
     Paper,
-    /// They are split, so that only triangles of the full resolution are cut.
+    /// They are split, so that only triangles of the full resolution are cut: one or two triangles in a hundred more, and fewer holes.
+    #[default]
     Refine,
 }
 
