@@ -94,9 +94,7 @@ fn a_lit_stand_in_is_lit_as_its_original_is() {
 #[test]
 fn a_change_runs_again_only_what_depends_on_it() {
     let folder = place();
-    let view = |x: f64| {
-        format!("views.more=[{{ name = \"low\", eye = [{x}, 0.4, 6.0], target = [0.0, 0.5, 0.0] }}]")
-    };
+    let view = |x: f64| format!("views.more=[{{ name = \"low\", eye = [{x}, 0.4, 6.0], target = [0.0, 0.5, 0.0] }}]");
     let (code, ran, text) = bake(folder.path(), "dmesh", &[&view(3.0)]);
     assert_eq!((code, ran.iter().any(|r| r == "capture 7")), (0, true), "{ran:?} {text}");
     let (_, ran, _) = bake(folder.path(), "dmesh", &[&view(3.0)]);
