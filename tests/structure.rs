@@ -5,7 +5,8 @@
 
 use std::path::{Path, PathBuf};
 
-const ALGORITHMS: [&str; 13] = [
+const ALGORITHMS: [&str; 14] = [
+    "capture",
     "scene",
     "raster",
     "mesh",
