@@ -1,32 +1,64 @@
 //! The node kinds: thin adapters between the engine and the algorithms, one file or folder each. A kind with several methods is a folder
 //! with a file per method.
 
-mod classify_points;
-pub mod collapse;
-mod collide_sprites;
-mod compress;
-mod depth_mesh;
-mod draw_sprites;
-mod evaluate;
-mod field_scene;
-mod fit_factor;
-mod load_scene;
-mod make_scene;
-mod pack_atlas;
-mod peel;
-pub mod render_slices;
-mod resample;
-mod select_objects;
-mod select_views;
-mod split_objects;
 #[cfg(test)]
 mod testing;
 pub mod values;
-pub mod view_cell;
-mod view_region;
 mod volumes;
-pub mod voxel_mesh;
-mod write;
+
+/// Declares the modules of all kinds and the function that registers them. A new kind is its file and one line here; a new method of a kind its file
+/// in the kind's folder and its name in the kind's line.
+macro_rules! kinds {
+    (
+        one method { $($file:ident :: $ty:ident,)* }
+        methods { $($(#[$doc:meta])* $kind:ident { $($method:ident :: $method_ty:ident),* $(,)? })* }
+    ) => {
+        $(pub mod $file;)*
+        $($(#[$doc])* pub mod $kind { $(pub mod $method;)* })*
+
+        fn add_all(registry: &mut Registry) {
+            $(registry.add::<$file::$ty>();)*
+            $($(registry.add::<$kind::$method::$method_ty>();)*)*
+        }
+    };
+}
+
+kinds! {
+    one method {
+        classify_points::ClassifyPoints,
+        collide_sprites::CollideSprites,
+        depth_mesh::DepthMesh,
+        draw_sprites::DrawSprites,
+        field_scene::FieldScene,
+        fit_factor::FitFactor,
+        load_scene::LoadScene,
+        make_scene::MakeScene,
+        pack_atlas::PackAtlas,
+        render_slices::RenderSlices,
+        select_objects::SelectObjects,
+        split_objects::SplitObjects,
+        view_cell::ViewCell,
+        voxel_mesh::VoxelMeshNode,
+    }
+    methods {
+        /// `collapse`: fewer triangles.
+        collapse { quadric::Quadric, voxel_cover::VoxelCover, voxel_quadric::VoxelQuadric }
+        /// `compress`: the same in fewer bytes.
+        compress { ranges::Ranges }
+        /// `evaluate`: certificates.
+        evaluate { points::Points, views::Views }
+        /// `peel`: more than the nearest surface.
+        peel { layers::Layers, solid::Solid }
+        /// `resample`: textures for simplified meshes.
+        resample { voxels::Voxels }
+        /// `select-views`: from where something is looked at.
+        select_views { box_faces::BoxFaces, min_depth_complexity::MinDepthComplexity }
+        /// `view-region`: the places from which a stand-in is looked at, where they are no view cell.
+        view_region { path::Path, sphere::Sphere }
+        /// `write`: stand-ins as bundles of files that other programs open.
+        write { dmesh::Dmesh, glb::Glb, sprite::Sprite }
+    }
+}
 
 use crate::{
     engine::{
@@ -70,6 +102,15 @@ fn peel_error(error: PeelError) -> NodeError {
     match error {
         PeelError::Stopped(stopped) => NodeError::Stopped(stopped),
         other => NodeError::Failed(other.to_string()),
+    }
+}
+
+/// Whether `name` can be the stem of a file's name in a bundle.
+fn check_name(name: &str) -> Result<(), (&'static str, String)> {
+    match crate::engine::publish::names::bad_component(name) {
+        None if !name.contains('.') => Ok(()),
+        None => Err(("name", format!("`{name}`: expected a name without dots; endings are added"))),
+        Some(what) => Err(("name", format!("`{name}` {what}"))),
     }
 }
 
@@ -117,36 +158,7 @@ const RENAMED: [Renamed; 5] = [
 /// Every kind that the program knows.
 pub fn registry() -> Registry {
     let mut r = Registry::new(&PLANNED, &RENAMED);
-    r.add::<load_scene::LoadScene>();
-    r.add::<make_scene::MakeScene>();
-    r.add::<select_objects::SelectObjects>();
-    r.add::<split_objects::SplitObjects>();
-    r.add::<write::Glb>();
-    r.add::<fit_factor::FitFactor>();
-    r.add::<collapse::Quadric>();
-    r.add::<collapse::voxel_cover::node::VoxelCover>();
-    r.add::<collapse::voxel_quadric::VoxelQuadric>();
-    r.add::<voxel_mesh::VoxelMeshNode>();
-    r.add::<field_scene::FieldScene>();
-    r.add::<pack_atlas::PackAtlas>();
-    r.add::<resample::Voxels>();
-    r.add::<view_cell::ViewCell>();
-    r.add::<render_slices::RenderSlices>();
-    r.add::<evaluate::Views>();
-    r.add::<select_views::MinDepthComplexity>();
-    r.add::<select_views::BoxFaces>();
-    r.add::<view_region::Sphere>();
-    r.add::<view_region::Path>();
-    r.add::<peel::Layers>();
-    r.add::<peel::Solid>();
-    r.add::<depth_mesh::DepthMesh>();
-    r.add::<compress::Ranges>();
-    r.add::<collide_sprites::CollideSprites>();
-    r.add::<classify_points::ClassifyPoints>();
-    r.add::<draw_sprites::DrawSprites>();
-    r.add::<write::Sprite>();
-    r.add::<evaluate::Points>();
-    r.add::<write::Dmesh>();
+    add_all(&mut r);
     r
 }
 

@@ -1,6 +1,6 @@
 //! Colours of surfaces that lie close behind one another, from the scene to the textured mesh.
 
-use super::voxels::{In, Params, Voxels};
+use super::{In, Params, Voxels};
 use crate::{
     engine::node::Node,
     image::Picture,

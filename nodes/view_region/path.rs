@@ -10,11 +10,18 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// A path of straight lines from point to point, along which the stand-in is looked at.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
     /// At least one, metres: `[[0, 1.7, 5], [3, 1.7, 5]]`.
     pub points: Vec<[f64; 3]>,
+}
+
+/// One eye at the origin.
+impl Default for Params {
+    fn default() -> Self {
+        Self { points: vec![[0.0; 3]] }
+    }
 }
 
 ports! {

@@ -65,7 +65,7 @@ impl Node for Glb {
     }
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
-        super::check_name(&params.name)
+        crate::nodes::check_name(&params.name)
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {

@@ -68,7 +68,7 @@ impl Node for Sprite {
     }
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
-        super::check_name(&params.name)
+        crate::nodes::check_name(&params.name)
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {

@@ -88,7 +88,7 @@ fn a_cache_of_the_layout_before_is_taken_over() {
     for inner in ["values", "tmp", "locks", "claims"] {
         fs::create_dir_all(t.path("cache").join(inner)).unwrap();
     }
-    let db = rusqlite::Connection::open(t.path("cache/index-2.sqlite")).unwrap();
+    let db = rusqlite::Connection::open(t.path("cache/index-3.sqlite")).unwrap();
     let tables = "CREATE TABLE run(key BLOB, variant BLOB, record BLOB, used INTEGER, PRIMARY KEY(key, variant));
         CREATE TABLE map(key BLOB PRIMARY KEY, record BLOB, used INTEGER);
         CREATE TABLE value(hash BLOB PRIMARY KEY, size INTEGER, data BLOB);
@@ -99,14 +99,14 @@ fn a_cache_of_the_layout_before_is_taken_over() {
     // Nobody else has tables of these names, but without its number the file is not for certain ours.
     drop(db);
     assert_eq!(refusals(&t).len(), 6);
-    let db = rusqlite::Connection::open(t.path("cache/index-2.sqlite")).unwrap();
+    let db = rusqlite::Connection::open(t.path("cache/index-3.sqlite")).unwrap();
     db.execute_batch("PRAGMA user_version = 1").unwrap();
     drop(db);
     let plan = squares(&[1, 2], 0);
     ok(&t.bake(&plan));
     std::thread::sleep(std::time::Duration::from_millis(20));
     t.gc(&cache::Limits::default());
-    assert!(!t.path("cache/index-2.sqlite").exists());
+    assert!(!t.path("cache/index-3.sqlite").exists());
     assert_eq!(ok(&t.bake(&plan)).runs(), 0);
 }
 

@@ -32,6 +32,8 @@ mod tests;
 mod topology;
 mod unseen;
 
+pub use node::VoxelCover;
+
 use crate::{
     array::Array,
     math::{Stop, Stopped},
