@@ -126,4 +126,4 @@ mod tests {
 
 #[cfg(test)]
 #[path = "tests.rs"]
-mod tests;
+mod whole;
