@@ -64,8 +64,12 @@ fn defaults_parse_and_are_stable() {
     for kind in registry.iter() {
         let (name, (_, required)) = (kind.spec().title(), parameters(&kind.spec().params));
         assert!(required.is_empty(), "{name}: {required:?} have no default");
-        // The file to read is the one thing that no default can name.
-        let given = if name == "load-scene" { json!({ "path": "builtin:car" }) } else { json!({}) };
+        // The file to read and the way to go are what no default can name.
+        let given = match &*name {
+            "load-scene" => json!({ "path": "builtin:car" }),
+            "view-region path" => json!({ "points": [[0, 0, 0]] }),
+            _ => json!({}),
+        };
         let accept = |params: Value| kind.accept(params).map(|p| p.json().clone());
         let normal = accept(given).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert_eq!(accept(normal.clone()).unwrap(), normal, "{name}");
