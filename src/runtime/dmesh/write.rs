@@ -50,7 +50,7 @@ pub fn write(
         let bytes = depths.iter().flat_map(|z| z.to_le_bytes()).collect();
         files.push(BundleFile { path: depth(&reference.name), media: "application/octet-stream", bytes });
     }
-    let objects = dmesh.references.iter().filter_map(|r| object(r, &r.mesh, dmesh.double_sided));
+    let objects = dmesh.references.iter().filter_map(|r| object(r, &used(&r.mesh), dmesh.double_sided));
     let mut all = Scene { objects: objects.collect() };
     all.objects.sort_by(|a, b| a.name.cmp(&b.name));
     let bytes = write_glb(&all, &GlbOptions::default())?;

@@ -63,15 +63,10 @@ fn a_bundle_comes_back_as_it_was() {
     assert_eq!(a, b);
     // What was read is written as the same bytes.
     let again = write(&bundle.dmesh, &bundle.blending, &[4, 5, 0], None).unwrap();
-    for (a, b) in again.iter().zip(files) {
-        assert!(
-            a == b,
-            "{} differs: {}",
-            a.path,
-            String::from_utf8_lossy(&a.bytes).chars().take(2000).collect::<String>()
-        );
-    }
     assert_eq!(again.len(), files.len());
+    for (a, b) in again.iter().zip(files) {
+        assert!(a == b, "{} and {} differ", a.path, b.path);
+    }
     for (a, b) in dmesh.references.iter().zip(&bundle.dmesh.references) {
         assert_eq!((&a.name, &a.view, a.mesh.triangles.len()), (&b.name, &b.view, b.mesh.triangles.len()));
     }
