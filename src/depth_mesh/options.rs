@@ -87,9 +87,9 @@ pub struct Options {
 }
 
 impl Options {
-    /// The paper's: ω = 5°, λ = 5 % of the object's largest extent, metres.
+    /// The paper's: ω = 5°, λ = 5 % of the object's largest extent, metres, and its propagation.
     pub fn for_extent(extent: f32) -> Self {
-        Self { lambda: 0.05 * extent, ..Self::default() }
+        Self { lambda: 0.05 * extent, propagation: Propagation::Paper, ..Self::default() }
     }
 
     pub(super) fn check(&self) -> Result<(), OptionsError> {

@@ -191,8 +191,7 @@ fn refined_meshes_lose_only_leaves() {
 #[test]
 fn coarse_triangles_over_a_cut_are_left_out() {
     let step = map(17, false, |(x, y)| if x >= 9 && y < 8 { 2.0 } else { 6.0 });
-    let options = Options { propagation: Propagation::Paper, ..Options::for_extent(2.0) };
-    let hierarchy = Hierarchy::new(step, &options).unwrap();
+    let hierarchy = Hierarchy::new(step, &Options::for_extent(2.0)).unwrap();
     let (coarse, full) = (hierarchy.static_mesh(10.0), hierarchy.static_mesh(-1.0));
     assert_eq!((coarse.triangles.len(), coarse.cut), (1, 1));
     let corners: BTreeSet<_> = coarse.grid.into_iter().collect();
