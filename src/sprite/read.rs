@@ -1,6 +1,7 @@
 //! Reading a sprite's files: the manifest and the data that `Packed::file` laid out. Any bytes give an image or an error.
 
 use super::{CubeFrame, LayeredDepthImage, Layout, Region, layered::INVALID};
+use crate::raster::MAX_SIDE;
 use glam::DVec3;
 use serde::Deserialize;
 use serde_json::Value;
@@ -8,6 +9,10 @@ use serde_json::Value;
 /// What the manifest of a sprite calls itself.
 pub const FORMAT: &str = "farfield depth sprite";
 const VERSION: u32 = 2;
+
+/// Texels that a file of any size may have, and so many more for each of its bytes.
+const EMPTY: u64 = 1 << 22;
+const BYTE: u64 = 1 << 10;
 
 /// Why files are no sprite.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -68,7 +73,14 @@ pub fn sprite(manifest: &Value, data: &[u8]) -> Result<(LayeredDepthImage, CubeF
     let layout = layout.ok_or_else(|| ReadError::new("layout", format!("`{}` is not known", m.layout)))?;
     let [x, y, width, height] = m.region;
     let region = Region { x, y, width, height };
-    let texels = usize::try_from(u64::from(width) * u64::from(height)).unwrap_or(usize::MAX);
+    let texels = u64::from(width) * u64::from(height);
+    // Empty texels take no bytes in some layouts: what is claimed must stand in some relation to what is there.
+    let most = EMPTY + BYTE * data.len() as u64;
+    if width > MAX_SIDE || height > MAX_SIDE || texels > most {
+        let what = format!("{width} × {height} texels; expected at most {MAX_SIDE} a side, and {most} for such data");
+        return Err(ReadError::new("region", what));
+    }
+    let texels = texels as usize;
     let file = File { sections: &m.sections, data, depths: &m.depths };
     let (starts, depths) = match layout {
         Layout::Raw => file.raw(texels, m.depth_complexity as usize)?,
@@ -315,6 +327,20 @@ mod tests {
             let (expected_axes, expected_centre, expected_side) = frame().parts();
             assert!(axes.iter().zip(expected_axes).all(|(a, b)| a.distance(b) < 1e-12));
             assert!(centre.distance(expected_centre) < 1e-9 && (side - expected_side).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn claims_that_the_data_cannot_bear_are_refused() {
+        for packed in all() {
+            let (mut manifest, bytes) = files(&packed, &frame());
+            for side in ["/region/2", "/region/3"] {
+                *manifest.pointer_mut(side).unwrap() = json!(16_384);
+            }
+            manifest["size"] = json!([16_384, 16_384]);
+            assert_eq!(sprite(&manifest, &bytes).unwrap_err().place, "region");
+            *manifest.pointer_mut("/region/2").unwrap() = json!(u32::MAX);
+            assert_eq!(sprite(&manifest, &bytes).unwrap_err().place, "region");
         }
     }
 
