@@ -59,7 +59,7 @@ pub fn write(
     Ok(files)
 }
 
-/// `dmesh.json` of the bundle that [`write`] makes.
+/// `dmesh.json` of the bundle that [`write()`] makes.
 ///
 /// # Errors
 /// As [`Dmesh::check`].
