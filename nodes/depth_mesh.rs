@@ -102,7 +102,7 @@ pub struct DepthMesh;
 
 impl Node for DepthMesh {
     const KIND: &'static str = "depth-mesh";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;

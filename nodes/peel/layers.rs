@@ -52,7 +52,7 @@ pub struct Layers;
 impl Node for Layers {
     const KIND: &'static str = "peel";
     const METHOD: &'static str = "layers";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;

@@ -13,12 +13,12 @@ const MOST: u32 = 64;
 
 impl Artifact for Capture {
     const TYPE: &'static str = "Capture";
-    const FORMAT: u32 = 1;
+    const FORMAT: u32 = 2;
 
     fn encode(&self, out: &mut Encoder) {
         put_view(out, &self.view);
         out.array("bounds", &[self.bounds.min.to_array(), self.bounds.max.to_array()]);
-        out.array("marks", &[u32::from(self.double_sided), u32::from(self.colorless), self.layers.len() as u32]);
+        out.array("marks", &[u32::from(self.double_sided), self.layers.len() as u32]);
         for (i, layer) in self.layers.iter().enumerate() {
             out.array(format!("depth {i}"), &layer.depth);
             out.array(format!("color {i}"), &layer.color);
@@ -31,8 +31,8 @@ impl Artifact for Capture {
     fn decode(data: &Decoder) -> Result<Self, DecodeError> {
         let bounds = data.array::<[f64; 3]>("bounds")?;
         let marks = data.array::<u32>("marks")?;
-        let ([min, max], &[double_sided, colorless, layers @ 1..=MOST]) = (&bounds[..], &marks[..]) else {
-            return Err(DecodeError::section("marks", "expected a box, two marks and a number of layers"));
+        let ([min, max], &[double_sided, layers @ 1..=MOST]) = (&bounds[..], &marks[..]) else {
+            return Err(DecodeError::section("marks", "expected a box, a mark and a number of layers"));
         };
         let layer = |i: u32| {
             Ok(Layer {
@@ -47,7 +47,6 @@ impl Artifact for Capture {
             view: get_view(data)?,
             bounds: Aabb { min: DVec3::from(*min), max: DVec3::from(*max) },
             double_sided: double_sided != 0,
-            colorless: colorless != 0,
             layers: (0..layers).map(layer).collect::<Result<_, DecodeError>>()?,
         };
         match capture.fault() {
@@ -78,7 +77,6 @@ mod tests {
             view: View::look_at(DVec3::ONE, DVec3::ZERO, DVec3::Y, 0.7, 2, 1, 0.1, 9.0),
             bounds: Aabb { min: DVec3::ZERO, max: DVec3::ONE },
             double_sided: true,
-            colorless: false,
             layers: vec![layer.clone(), layer],
         }
     }

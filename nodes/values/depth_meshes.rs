@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 struct Head {
     diagonal: f64,
     double_sided: bool,
-    colorless: bool,
     options: Options,
     epsilon: f32,
     /// Number and cut triangles of each layer.
@@ -20,7 +19,7 @@ struct Head {
 
 impl Artifact for MeshedView {
     const TYPE: &'static str = "DepthMeshes";
-    const FORMAT: u32 = 1;
+    const FORMAT: u32 = 2;
 
     fn encode(&self, out: &mut Encoder) {
         put_view(out, &self.view);
@@ -29,7 +28,6 @@ impl Artifact for MeshedView {
             &Head {
                 diagonal: self.diagonal,
                 double_sided: self.double_sided,
-                colorless: self.colorless,
                 options: self.options.clone(),
                 epsilon: self.epsilon,
                 layers: self.layers.iter().map(|l| (l.layer, l.mesh.cut)).collect(),
@@ -82,8 +80,8 @@ impl Artifact for MeshedView {
             }
         };
         let layers = head.layers.iter().enumerate().map(layer).collect::<Result<_, DecodeError>>()?;
-        let Head { diagonal, double_sided, colorless, options, epsilon, .. } = head;
-        Ok(Self { view, diagonal, double_sided, colorless, options, epsilon, layers })
+        let Head { diagonal, double_sided, options, epsilon, .. } = head;
+        Ok(Self { view, diagonal, double_sided, options, epsilon, layers })
     }
 }
 
@@ -140,7 +138,6 @@ mod tests {
             view: View::look_at(DVec3::ONE, DVec3::ZERO, DVec3::Y, 0.7, 3, 3, 0.1, 9.0),
             diagonal: 2.0,
             double_sided: false,
-            colorless: true,
             options: Options::for_extent(1.0),
             epsilon: 0.01,
             layers: vec![layer],

@@ -20,8 +20,6 @@ pub struct Capture {
     pub bounds: Aabb,
     /// Some material shows both sides.
     pub double_sided: bool,
-    /// No surface has a colour of its own.
-    pub colorless: bool,
     /// At least one; the first is the nearest surface of every pixel.
     pub layers: Vec<Layer>,
 }

@@ -35,24 +35,7 @@ pub fn capture(
         deep(backend, geometry, view, how, stop)?
     };
     let layers = layers.iter().map(|l| shade(shader, view, l, stop)).collect::<Result<_, _>>()?;
-    let materials = || geometry.draws().iter().map(|d| &d.material);
-    Ok(Capture {
-        view: *view,
-        bounds,
-        double_sided: materials().any(|m| m.double_sided),
-        colorless: colorless(geometry),
-        layers,
-    })
-}
-
-/// One base colour for all, no texture, no vertex colours that differ.
-fn colorless(geometry: &Geometry) -> bool {
-    let first = geometry.draws().first().map(|d| d.material.base_color);
-    geometry.draws().iter().all(|d| {
-        d.material.base_color_texture.is_none()
-            && Some(d.material.base_color) == first
-            && d.mesh.colors.windows(2).all(|c| c[0] == c[1])
-    })
+    Ok(Capture { view: *view, bounds, double_sided: geometry.draws().iter().any(|d| d.material.double_sided), layers })
 }
 
 /// Depth and triangle of each pixel.

@@ -29,8 +29,6 @@ pub struct MeshedView {
     /// The captured scene's bounding box, metres: diagonal.
     pub diagonal: f64,
     pub double_sided: bool,
-    /// No surface has a colour of its own.
-    pub colorless: bool,
     pub options: Options,
     /// Metres.
     pub epsilon: f32,
@@ -103,7 +101,6 @@ pub fn mesh_capture(capture: &Capture, how: &Meshing, stop: &Stop) -> Result<Mes
         view,
         diagonal: capture.bounds.diagonal(),
         double_sided: capture.double_sided,
-        colorless: capture.colorless,
         options: how.options.clone(),
         epsilon: how.epsilon,
         layers,
