@@ -7,7 +7,7 @@ use farfield::{
     formats::{DiskFiles, Limits, load},
     math::{Aabb, Stop},
     raster::{Cpu, Geometry, Rendering, Shader, Shading, render},
-    runtime::dmesh::{Blending, Dmesh, Frames, Mesh, Meshes, Model, Reference, select},
+    runtime::dmesh::{Blending, Dmesh, Frames, Meshes, Model, Reference, select},
     scene::{Image, Scene},
     view::View,
 };
@@ -52,17 +52,10 @@ fn dmesh(views: &[MeshedView], bounds: &Aabb) -> (Dmesh, Frames) {
     };
     let reference = |(i, v): (usize, &MeshedView)| {
         let layer = &v.layers[0];
-        let mesh = layer.mesh.clone();
         Reference {
             name: format!("r{i}"),
             view: v.view,
-            mesh: Arc::new(Mesh {
-                positions: mesh.positions.into(),
-                normals: mesh.normals.into(),
-                quality: mesh.quality.into(),
-                uv: mesh.uv.into(),
-                triangles: mesh.triangles.into(),
-            }),
+            mesh: Arc::new(layer.mesh.clone().into()),
             color: image(v, &layer.color),
             normal_map: Some(image(v, &layer.normal)),
         }

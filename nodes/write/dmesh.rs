@@ -7,7 +7,7 @@ use crate::{
         plan::{Bundle, File},
     },
     ports,
-    runtime::dmesh::{self, Blending, Frames, Mesh, Reference, Weights},
+    runtime::dmesh::{self, Blending, Frames, Reference, Weights},
     scene::Image,
 };
 use schemars::JsonSchema;
@@ -104,7 +104,7 @@ impl Node for Dmesh {
         }
         let dmesh = dmesh::Dmesh {
             references,
-            epsilon: views.iter().map(|(_, v)| f64::from(v.epsilon)).fold(0.0, f64::max),
+            epsilon: first.epsilon.into(),
             diagonal: views.iter().map(|(_, v)| v.diagonal).fold(0.0, f64::max),
             double_sided: views.iter().any(|(_, v)| v.double_sided),
         };
@@ -136,17 +136,10 @@ fn reference(params: &Params, name: &str, view: &MeshedView, layer: &MeshedLayer
             texels: texels.clone(),
         })
     };
-    let mesh = &layer.mesh;
     Reference {
         name,
         view: view.view,
-        mesh: Arc::new(Mesh {
-            positions: mesh.positions.clone().into(),
-            normals: mesh.normals.clone().into(),
-            quality: mesh.quality.clone().into(),
-            uv: mesh.uv.clone().into(),
-            triangles: mesh.triangles.clone().into(),
-        }),
+        mesh: Arc::new(layer.mesh.clone().into()),
         color: image(&layer.color),
         normal_map: params.normal_maps.then(|| image(&layer.normal)),
     }

@@ -2,6 +2,7 @@
 
 use super::{
     certificate::{Bound, Camera, Ceiling, Certificate, Flip, SampledRegion, Sampling as Sampled, Subject},
+    classes::Classes,
     figures::{Figures, rounded},
     frame::CropWindow,
     measure::{Reference, Setting, Shot, ViewFigures},
@@ -255,6 +256,13 @@ struct Measured {
     ceiling: Option<ViewFigures>,
 }
 
+/// What one view says of one way to draw.
+struct Judged {
+    figures: ViewFigures,
+    classes: Classes,
+    drawn: runtime::Drawn,
+}
+
 /// A view rendered once more.
 struct Retake {
     flip: Option<f64>,
@@ -280,16 +288,16 @@ impl<'a> Judge<'a> {
         let one = |(i, frame): (usize, &CropWindow)| {
             let reference = self.reference(&frame.window)?;
             let ceiling = self.ceiling.filter(|_| i < ceiling_views);
-            let ceiling = ceiling.map(|c| self.judged(&reference, c, frame).map(|(_, figures)| figures)).transpose()?;
+            let ceiling =
+                ceiling.map(|c| self.judged(&reference, c, frame).map(|judged| judged.figures)).transpose()?;
             let modes = self.modes.iter().map(|mode| {
-                let (shot, figures) = self.judged(&reference, mode.stand_in, frame)?;
+                let Judged { figures, classes, drawn } = self.judged(&reference, mode.stand_in, frame)?;
                 // Only named modes are told apart.
                 if mode.name.is_empty() {
                     return Ok(ModeView { figures, ..ModeView::default() });
                 }
                 let unseen = reference.unseen(mode.stand_in, &frame.window);
-                let drawn = shot.drawn.drawn.unwrap_or_default();
-                Ok(ModeView::of(figures, drawn, &reference.classes(&shot), &unseen))
+                Ok(ModeView::of(figures, drawn, &classes, &unseen))
             });
             let modes = modes.collect::<Result<_, Stopped>>()?;
             (self.context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, frames.len() as u64);
@@ -298,16 +306,12 @@ impl<'a> Judge<'a> {
         in_batches(frames.iter().enumerate().collect(), one)
     }
 
-    fn judged(
-        &self,
-        reference: &Reference,
-        stand_in: &'a dyn StandIn,
-        frame: &CropWindow,
-    ) -> Result<(Shot<'a>, ViewFigures), Stopped> {
+    fn judged(&self, reference: &Reference, stand_in: &'a dyn StandIn, frame: &CropWindow) -> Result<Judged, Stopped> {
         let backs = stand_in.back_facing(&frame.window, self.drawing())?;
         let shot = self.shot(stand_in, &frame.window)?;
-        let figures = reference.measure(&shot, frame, backs);
-        Ok((shot, figures))
+        let classes = reference.classes(&shot);
+        let figures = reference.measure(&shot, &classes, frame, backs);
+        Ok(Judged { figures, classes, drawn: shot.drawn.drawn.unwrap_or_default() })
     }
 
     /// FLIP for the views in `flips`, and the pictures that are wanted.

@@ -145,8 +145,8 @@ impl<'a> Reference<'a> {
         classify(&self.shot.surfaces(), &stand_in.surfaces(), &self.edges, &self.rule)
     }
 
-    /// `back_facing`: see [`StandIn::back_facing`]. Beside `frame`'s window both show the background alone.
-    pub fn measure(&self, stand_in: &Shot, frame: &CropWindow, back_facing: u64) -> ViewFigures {
+    /// `classes` are those of `stand_in`; `back_facing`: see [`StandIn::back_facing`]. Beside `frame`'s window both show the background alone.
+    pub fn measure(&self, stand_in: &Shot, classes: &Classes, frame: &CropWindow, back_facing: u64) -> ViewFigures {
         let (a, b) = (&self.shot, stand_in);
         let (sa, sb) = (a.surfaces(), b.surfaces());
         let width = sa.width;
@@ -160,7 +160,7 @@ impl<'a> Reference<'a> {
             psnr_object: psnr_within(&a.luminance, &b.luminance, &object),
             ssim: (similar + outside) / frame.pixels,
             ssim_object: mean_within(&similarity, &object),
-            counts: self.classes(b).counts,
+            counts: classes.counts,
             max_deviation: self.max_deviation(b),
             back_facing,
         }

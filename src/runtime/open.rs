@@ -2,7 +2,7 @@
 
 use super::{
     SceneStandIn, StandIn,
-    dmesh::{self, DmeshError, Meshes, Model, Static, ViewDependent},
+    dmesh::{self, DmeshError, DmeshStandIn, Meshes, Model},
     sprite::SpriteStandIn,
 };
 use crate::{
@@ -12,7 +12,7 @@ use crate::{
     sprite::{ReadError, SPRITE_FORMAT},
 };
 use serde_json::Value;
-use std::{path::Path, sync::Arc};
+use std::path::Path;
 
 /// A stand-in that was read.
 pub enum Opened {
@@ -26,8 +26,8 @@ pub enum Opened {
 
 /// Depth-meshes, ready to be drawn.
 pub struct OpenedDmesh {
-    fixed: Static,
-    per_view: Option<ViewDependent>,
+    fixed: DmeshStandIn,
+    per_view: Option<DmeshStandIn>,
 }
 
 /// Why a bundle is no stand-in.
@@ -64,9 +64,8 @@ pub fn open(main: &Path, files: &(dyn Files + Sync), limits: &Limits) -> Result<
             let bundle = dmesh::read(folder, files, limits)?;
             let frames = bundle.frames.as_ref();
             let meshes = frames.map(|f| Meshes::new(&bundle.dmesh, f)).transpose()?;
-            let model = Arc::new(Model::new(bundle.dmesh.clone())?);
-            let fixed = Static::new(model.clone(), bundle.blending, frames);
-            let per_view = frames.zip(meshes).map(|(f, m)| ViewDependent::new(model, m, bundle.blending, f));
+            let fixed = DmeshStandIn::fixed(Model::new(bundle.dmesh.clone())?, bundle.blending, frames);
+            let per_view = meshes.map(|meshes| fixed.per_view(meshes));
             Ok(Opened::Dmesh(Box::new(OpenedDmesh { fixed, per_view })))
         }
         Some(SPRITE_FORMAT) => Ok(Opened::Sprite(Box::new(SpriteStandIn::read(main, &manifest, files)?))),

@@ -7,7 +7,7 @@ use crate::{
     math::{Aabb, Stopped},
     raster::{NOTHING, Rendering, Surface},
     sprite::{Entry, Placement, Ray, ReadError, Volume, read},
-    view::{Projection, View},
+    view::View,
 };
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -93,12 +93,7 @@ impl StandIn for SpriteStandIn {
 impl SpriteStandIn {
     /// The ray of a pixel position, whose parameter is the planar depth, and where it enters.
     fn meet(&self, view: &View, px: f64, py: f64) -> (Ray, Option<Entry>) {
-        let ray = match view.projection {
-            Projection::Perspective { .. } => {
-                Ray { origin: view.eye, direction: view.unproject(px, py, 1.0) - view.eye }
-            }
-            Projection::Orthographic { .. } => Ray { origin: view.unproject(px, py, 0.0), direction: view.forward },
-        };
+        let ray = Ray::of_pixel(view, px, py);
         (ray, self.volume.enter(&ray))
     }
 

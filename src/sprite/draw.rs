@@ -143,7 +143,7 @@ impl<'a> Brush<'a> {
     /// Linear colour of a sample: its surfaces and the solids, from near to far.
     fn sample(&self, at: [u32; 2], fragments: &[Fragment], facets: &mut BTreeMap<u32, Facet<'a>>) -> Vec3 {
         let [px, py] = at.map(|c| f64::from(c) + 0.5);
-        let ray = self.ray(px, py);
+        let ray = Ray::of_pixel(&self.prepared.view, px, py);
         let mut solids = self.solids(&ray).into_iter().peekable();
         let (mut color, mut rest) = (Vec3::ZERO, 1.0f32);
         for fragment in fragments {
@@ -163,17 +163,6 @@ impl<'a> Brush<'a> {
             rest *= 1.0 - opacity;
         }
         color + Vec3::from(self.drawing.background) * rest
-    }
-
-    /// Its parameter is the planar depth.
-    fn ray(&self, px: f64, py: f64) -> Ray {
-        let view = &self.prepared.view;
-        match view.projection {
-            Projection::Perspective { .. } => {
-                Ray { origin: view.eye, direction: view.unproject(px, py, 1.0) - view.eye }
-            }
-            Projection::Orthographic { .. } => Ray { origin: view.unproject(px, py, 0.0), direction: view.forward },
-        }
     }
 
     /// Depth, colour and opacity of the solids that a ray enters, sorted. What an effect hides shows where the ray enters next.

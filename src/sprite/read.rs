@@ -165,7 +165,9 @@ impl File<'_> {
     fn ranges(&self, texels: usize) -> Result<Lists, ReadError> {
         let words = words(self.section("texels", 8)?);
         let pairs: Vec<[u32; 2]> = words.chunks_exact(2).map(|w| [w[0], w[1]]).collect();
-        let wrong = |i: usize| ReadError::new("texels", format!("the ranges of texel {i} leave the texture, or are those of others"));
+        let wrong = |i: usize| {
+            ReadError::new("texels", format!("the ranges of texel {i} leave the texture, or are those of others"))
+        };
         // Each range belongs to one texel: no more of them than the texture has room for.
         let (mut rays, mut used) = (Vec::new(), 0);
         for i in 0..texels {

@@ -1,7 +1,10 @@
 //! A depth sprite somewhere in the world, as the effects of section 3.3 ask it: points, borders, and rays.
 
 use super::{CubeFrame, LayeredDepthImage};
-use crate::math::Aabb;
+use crate::{
+    math::Aabb,
+    view::{Projection, View},
+};
 use glam::{DAffine3, DMat3, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -60,6 +63,16 @@ pub struct Ray {
 }
 
 impl Ray {
+    /// That of a continuous pixel position; its parameter is the planar depth.
+    pub fn of_pixel(view: &View, px: f64, py: f64) -> Self {
+        match view.projection {
+            Projection::Perspective { .. } => {
+                Self { origin: view.eye, direction: view.unproject(px, py, 1.0) - view.eye }
+            }
+            Projection::Orthographic { .. } => Self { origin: view.unproject(px, py, 0.0), direction: view.forward },
+        }
+    }
+
     pub fn at(&self, t: f64) -> DVec3 {
         self.origin + self.direction * t
     }

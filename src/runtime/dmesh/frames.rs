@@ -3,7 +3,7 @@
 use super::{Dmesh, DmeshError, Mesh, Selected};
 use crate::{
     array::Array,
-    depth_mesh::{DepthMap, Hierarchy, Options, Workspace},
+    depth_mesh::{DepthMap, DepthMesh, Hierarchy, Options, Workspace},
     view::View,
 };
 use rayon::prelude::*;
@@ -62,15 +62,20 @@ impl Meshes {
             }
             let mut workspace = Workspace::default();
             hierarchy.view_dependent(view, self.tau, &mut workspace);
-            let mesh = hierarchy.mesh(workspace.triangulation());
-            Arc::new(Mesh {
-                positions: mesh.positions.into(),
-                normals: mesh.normals.into(),
-                quality: mesh.quality.into(),
-                uv: mesh.uv.into(),
-                triangles: mesh.triangles.into(),
-            })
+            Arc::new(hierarchy.mesh(workspace.triangulation()).into())
         };
         self.hierarchies.par_iter().enumerate().map(mesh).collect()
+    }
+}
+
+impl From<DepthMesh> for Mesh {
+    fn from(mesh: DepthMesh) -> Self {
+        Self {
+            positions: mesh.positions.into(),
+            normals: mesh.normals.into(),
+            quality: mesh.quality.into(),
+            uv: mesh.uv.into(),
+            triangles: mesh.triangles.into(),
+        }
     }
 }

@@ -38,6 +38,6 @@ pub use model::Model;
 pub use read::{Bundle, read};
 pub use reference::{Dmesh, MAX_REFERENCES, Mesh, Reference};
 pub use shaders::{SHADER, SHADERS, ShaderFile};
-pub use stand_in::{Static, ViewDependent};
+pub use stand_in::DmeshStandIn;
 pub use weight::{Selected, Weights, angular_weight, distance_weight, select};
 pub use write::{BundleFile, manifest, write};

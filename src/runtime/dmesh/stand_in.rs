@@ -10,38 +10,31 @@ use crate::{
 use glam::{DVec3, Vec3};
 use std::{collections::BTreeSet, sync::Arc};
 
-/// Drawn with the meshes that it was baked with.
-pub struct Static {
+/// A DMesh, drawn with the meshes that it was baked with or with meshes made for every view.
+#[derive(Clone)]
+pub struct DmeshStandIn {
     model: Arc<Model>,
-    blending: Blending,
-    captured: Captured,
-    bounds: Aabb,
-}
-
-/// Drawn with meshes made for every view.
-pub struct ViewDependent {
-    model: Arc<Model>,
-    meshes: Meshes,
+    /// What meshes for a view are made from, where they are.
+    per_view: Option<Arc<Meshes>>,
     blending: Blending,
     captured: Captured,
     bounds: Aabb,
 }
 
 /// What the references saw, where it is known.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 struct Captured(Option<Arc<(Vec<View>, Frames)>>);
 
-impl Static {
-    pub fn new(model: Arc<Model>, blending: Blending, frames: Option<&Frames>) -> Self {
+impl DmeshStandIn {
+    /// Drawn with its own meshes. `frames` say what the references saw.
+    pub fn fixed(model: Model, blending: Blending, frames: Option<&Frames>) -> Self {
         let (captured, bounds) = (Captured::new(model.dmesh(), frames), bounds(model.dmesh()));
-        Self { model, blending, captured, bounds }
+        Self { model: Arc::new(model), per_view: None, blending, captured, bounds }
     }
-}
 
-impl ViewDependent {
-    pub fn new(model: Arc<Model>, meshes: Meshes, blending: Blending, frames: &Frames) -> Self {
-        let (captured, bounds) = (Captured::new(model.dmesh(), Some(frames)), bounds(model.dmesh()));
-        Self { model, meshes, blending, captured, bounds }
+    /// The same, drawn with meshes made for every view.
+    pub fn per_view(&self, meshes: Meshes) -> Self {
+        Self { per_view: Some(Arc::new(meshes)), ..self.clone() }
     }
 }
 
@@ -87,7 +80,7 @@ fn shot(
     Ok(Shot { picture: drawn.picture, depth: drawn.depth, surface: drawn.surface, planes, drawn: Some(of_view) })
 }
 
-impl StandIn for Static {
+impl StandIn for DmeshStandIn {
     fn bounds(&self) -> Aabb {
         self.bounds
     }
@@ -97,27 +90,10 @@ impl StandIn for Static {
     }
 
     fn draw(&self, view: &View, how: &Rendering, context: Context) -> Result<Shot<'_>, Stopped> {
-        shot(self.model.clone(), view, how, &self.blending, context)
-    }
-
-    fn saw(&self, point: DVec3) -> bool {
-        self.captured.saw(point)
-    }
-}
-
-impl StandIn for ViewDependent {
-    fn bounds(&self) -> Aabb {
-        self.bounds
-    }
-
-    fn size(&self) -> Size {
-        size(self.model.dmesh())
-    }
-
-    fn draw(&self, view: &View, how: &Rendering, context: Context) -> Result<Shot<'_>, Stopped> {
+        let Some(meshes) = &self.per_view else { return shot(self.model.clone(), view, how, &self.blending, context) };
         context.stop.check()?;
         let selected = select(self.model.dmesh(), view, self.blending.weights);
-        let meshes = self.meshes.for_view(view, &selected);
+        let meshes = meshes.for_view(view, &selected);
         // Meshes of a hierarchy always are what drawing relies on.
         let model = self.model.with_meshes(&meshes).expect("meshes of these references");
         shot(Arc::new(model), view, how, &self.blending, context)
