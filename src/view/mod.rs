@@ -2,6 +2,7 @@
 
 mod camera;
 mod cell;
+pub mod directions;
 mod region;
 
 pub use camera::{Projection, View};
