@@ -17,6 +17,7 @@ pub mod math;
 pub mod mesh;
 pub mod raster;
 pub mod regular;
+pub mod relief;
 pub mod runtime;
 pub mod scene;
 pub mod sprite;

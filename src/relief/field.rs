@@ -1,6 +1,6 @@
 //! A relief map made ready for rays.
 
-use super::ReliefMap;
+use super::{ReliefMap, pyramid::Pyramid};
 use glam::{DMat3, DVec3, Vec3};
 
 /// What rays ask of a texel.
@@ -24,6 +24,7 @@ pub struct Field {
     /// Extent in w.
     pub deep: f32,
     pub(super) texels: Vec<Texel>,
+    pub(super) pyramid: Pyramid,
     /// Columns and rows with a surface and those beside them: lowest u and v, highest u and v.
     pub(super) window: [f32; 4],
     /// The direction from the object towards the map's camera, world space.
@@ -43,7 +44,7 @@ pub struct Ray {
 const INSIDE: f32 = 0.5;
 
 impl Field {
-    pub fn new(map: &ReliefMap) -> Self {
+    pub fn new(map: &ReliefMap, wall: f32) -> Self {
         let texel = map.texel();
         let view = &map.view;
         let side = map.side();
@@ -78,12 +79,30 @@ impl Field {
         let n = side as f32;
         let [x0, y0, x1, y1] = used.map(|v| v as f32);
         let window = [(x0 - 0.5).max(0.0), (y0 - 0.5).max(0.0), (x1 + 0.5).min(n), (y1 + 0.5).min(n)];
-        Self { eye, axes, side, deep: deep as f32, texels, window, towards: -view.forward, texel }
+        let mut field = Self {
+            eye,
+            axes,
+            side,
+            deep: deep as f32,
+            texels,
+            pyramid: Pyramid::default(),
+            window,
+            towards: -view.forward,
+            texel,
+        };
+        field.pyramid = Pyramid::new(&field, wall);
+        field
     }
 
     /// A point of world space in texel units.
     pub fn point(&self, p: DVec3) -> Vec3 {
         (self.axes * (p - self.eye)).as_vec3()
+    }
+
+    /// A point in texel units in world space.
+    pub fn world(&self, p: Vec3) -> DVec3 {
+        // The axes are orthogonal, each as long as a texel's side has sides in a metre.
+        self.eye + self.axes.transpose() * p.as_dvec3() * (self.texel * self.texel)
     }
 
     /// A ray of world space in texel units; lengths along it are those of the world: t stays t.

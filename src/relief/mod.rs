@@ -4,16 +4,18 @@
 //! with it, and [`resolve`] chooses among the surfaces that several maps show in one pixel. [`coverage`] and [`select`] decide which maps a
 //! direction of view needs, and up to which size on the screen they may be used.
 
+mod cell;
 pub mod coverage;
 mod field;
 mod map;
+mod pyramid;
 mod resample;
 pub mod select;
 mod strategy;
 mod trace;
 
 pub use field::{Field, Ray};
-pub use map::{DepthBits, MapFault, ReliefMap, REACHES};
+pub use map::{DepthBits, MapFault, REACHES, ReliefMap};
 pub use resample::{Resampling, resample};
 pub use strategy::{Candidate, Strategy, resolve};
 pub use trace::{Hit, Search, Trace, trace};

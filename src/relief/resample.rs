@@ -36,21 +36,24 @@ pub fn resample(capture: &Capture, how: Resampling) -> Result<ReliefMap, MapFaul
         return Err(MapFault("expected an orthographic capture".into()));
     }
     if view.width != view.height || !view.width.is_multiple_of(k) || view.width / k < 2 {
-        let what = format!("a capture of {}×{} pixels; expected a square of {k} or more texels a side, {k} pixels each", view.width, view.height);
+        let what = format!(
+            "a capture of {}×{} pixels; expected a square of {k} or more texels a side, {k} pixels each",
+            view.width, view.height
+        );
         return Err(MapFault(what));
     }
     let side = view.width / k;
     let layer = &capture.layers[0];
     let blocks = Blocks { layer, width: view.width as usize, k: k as usize, side: side as usize };
     let texel = match view.projection {
-        Projection::Orthographic { left, right, .. } | Projection::Perspective { left, right, .. } => (right - left) / f64::from(side),
+        Projection::Orthographic { left, right, .. } | Projection::Perspective { left, right, .. } => {
+            (right - left) / f64::from(side)
+        }
     };
     let share: Vec<f32> = (0..blocks.side * blocks.side).map(|i| blocks.share(i)).collect();
     let surface: Vec<bool> = (0..share.len()).map(|i| has_surface(&share, blocks.side, i)).collect();
-    let texels: Vec<Option<Averages>> = (0..share.len())
-        .into_par_iter()
-        .map(|i| surface[i].then(|| blocks.average(i, view, texel * WALL)))
-        .collect();
+    let texels: Vec<Option<Averages>> =
+        (0..share.len()).into_par_iter().map(|i| surface[i].then(|| blocks.average(i, view, texel * WALL))).collect();
     let (mut near, mut far) = (f64::INFINITY, f64::NEG_INFINITY);
     for t in texels.iter().flatten() {
         (near, far) = (near.min(t.depth), far.max(t.depth));

@@ -55,9 +55,9 @@ pub fn choose(covered: &Covered, choice: Choice, pixels: u64) -> Subset {
             let most = goal * pixels as f64;
             for size in 1..=count as u32 {
                 let of_size = (1..=whole).filter(|bits| bits.count_ones() == size).map(|bits| judge(covered, bits));
-                let best = of_size.filter(|s| s.missing as f64 <= most).min_by(|a, b| {
-                    a.missing.cmp(&b.missing).then(a.extra.cmp(&b.extra))
-                });
+                let best = of_size
+                    .filter(|s| s.missing as f64 <= most)
+                    .min_by(|a, b| a.missing.cmp(&b.missing).then(a.extra.cmp(&b.extra)));
                 if let Some(best) = best {
                     return best;
                 }

@@ -8,7 +8,9 @@ use glam::Vec3;
 pub enum Search {
     /// So many steps of equal length through the field's box, then so many halvings (section 3.3, after Policarpo et al. 2005).
     Linear { steps: u32, halvings: u32 },
-    /// Every texel on the way; what the others are measured against.
+    /// Every cell whose range of depths the ray crosses, found by a pyramid of such ranges.
+    Pyramid,
+    /// Small steps; what the others are measured against.
     Exact,
 }
 
@@ -36,7 +38,7 @@ pub struct Hit {
 }
 
 impl Field {
-    fn texel(&self, i: i32, j: i32) -> Texel {
+    pub(super) fn texel(&self, i: i32, j: i32) -> Texel {
         let last = self.side as i32 - 1;
         if i < 0 || j < 0 || i > last || j > last {
             return Texel { depth: f32::INFINITY, edge: -0.5 };
@@ -74,11 +76,11 @@ impl Field {
         sum / of
     }
 
-    /// The part [t0, t1] of a ray inside the field's box, t ≥ `from`.
-    pub fn clip(&self, ray: &Ray, from: f32) -> Option<(f32, f32)> {
+    /// The part [t0, t1] of a ray inside the field's box, from ≤ t ≤ to.
+    pub fn clip(&self, ray: &Ray, from: f32, to: f32) -> Option<(f32, f32)> {
         let [x0, y0, x1, y1] = self.window;
         let (lo, hi) = (Vec3::new(x0, y0, 0.0), Vec3::new(x1, y1, self.deep));
-        let (mut t0, mut t1) = (from, f32::INFINITY);
+        let (mut t0, mut t1) = (from, to);
         for k in 0..3 {
             let (o, d) = (ray.origin[k], ray.direction[k]);
             if d == 0.0 {
@@ -94,11 +96,12 @@ impl Field {
     }
 }
 
-/// Where `ray` meets the surface of `field` first, at t ≥ `from`; `None` where it meets a wall first, or nothing.
-pub fn trace(field: &Field, ray: &Ray, from: f32, how: &Trace) -> Option<Hit> {
-    let (t0, t1) = field.clip(ray, from)?;
+/// Where `ray` meets the surface of `field` first, for `from` ≤ t ≤ `to`; `None` where it meets a wall first, or nothing.
+pub fn trace(field: &Field, ray: &Ray, from: f32, to: f32, how: &Trace) -> Option<Hit> {
+    let (t0, t1) = field.clip(ray, from, to)?;
     match how.search {
         Search::Linear { steps, halvings } => linear(field, ray, t0, t1, how.wall, steps, halvings),
+        Search::Pyramid => field.pyramid.trace(field, ray, t0, t1),
         Search::Exact => exact(field, ray, t0, t1, how.wall),
     }
 }
