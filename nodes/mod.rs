@@ -33,6 +33,7 @@ kinds! {
         fit_factor::FitFactor,
         load_scene::LoadScene,
         make_scene::MakeScene,
+        measure_coverage::MeasureCoverage,
         pack_atlas::PackAtlas,
         render_slices::RenderSlices,
         select_objects::SelectObjects,
@@ -50,7 +51,9 @@ kinds! {
         /// `peel`: more than the nearest surface.
         peel { layers::Layers, solid::Solid }
         /// `resample`: textures for simplified meshes.
-        resample { voxels::Voxels }
+        resample { relief::Relief, voxels::Voxels }
+        /// `select-impostors`: which relief maps a direction of view needs.
+        select_impostors { best::Best, closest::Closest }
         /// `select-views`: from where something is looked at.
         select_views { box_faces::BoxFaces, min_depth_complexity::MinDepthComplexity }
         /// `view-region`: the places from which a stand-in is looked at, where they are no view cell.
@@ -130,7 +133,7 @@ fn json_file(value: &serde_json::Value) -> Result<Arc<File>, NodeError> {
 const PLANNED: [Planned; 4] = [
     Planned { kind: "select-views", methods: &["icosahedron", "entropy", "entropy-perturbed", "cell-windows"] },
     Planned { kind: "collapse", methods: &["silhouette-weight"] },
-    Planned { kind: "resample", methods: &["views", "relief"] },
+    Planned { kind: "resample", methods: &["views"] },
     Planned { kind: "compress", methods: &["textures"] },
 ];
 

@@ -6,6 +6,7 @@ mod capture;
 mod charted_mesh;
 mod depth_meshes;
 mod factor;
+mod relief;
 mod scene;
 mod slices;
 mod sprite;

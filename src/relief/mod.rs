@@ -8,6 +8,7 @@ mod cell;
 pub mod coverage;
 mod field;
 mod map;
+pub mod measure;
 mod pyramid;
 mod resample;
 pub mod select;

@@ -10,8 +10,6 @@ pub enum Search {
     Linear { steps: u32, halvings: u32 },
     /// Every cell whose range of depths the ray crosses, found by a pyramid of such ranges.
     Pyramid,
-    /// Small steps; what the others are measured against.
-    Exact,
 }
 
 /// How rays are traced.
@@ -24,7 +22,7 @@ pub struct Trace {
 
 impl Default for Trace {
     fn default() -> Self {
-        Self { search: Search::Linear { steps: 16, halvings: 7 }, wall: 4.0 }
+        Self { search: Search::Pyramid, wall: 4.0 }
     }
 }
 
@@ -102,7 +100,6 @@ pub fn trace(field: &Field, ray: &Ray, from: f32, to: f32, how: &Trace) -> Optio
     match how.search {
         Search::Linear { steps, halvings } => linear(field, ray, t0, t1, how.wall, steps, halvings),
         Search::Pyramid => field.pyramid.trace(field, ray, t0, t1),
-        Search::Exact => exact(field, ray, t0, t1, how.wall),
     }
 }
 
@@ -146,10 +143,4 @@ fn refine(field: &Field, ray: &Ray, mut above: f32, mut under: f32, wall: f32, h
         return None;
     }
     Some(Hit { t: under, point: ray.origin + ray.direction * under })
-}
-
-fn exact(field: &Field, ray: &Ray, t0: f32, t1: f32, wall: f32) -> Option<Hit> {
-    let lateral = (ray.direction.x * ray.direction.x + ray.direction.y * ray.direction.y).sqrt();
-    let steps = ((t1 - t0) * lateral * 4.0).max((t1 - t0) * ray.direction.z.abs() * 0.25).ceil().clamp(8.0, 8192.0);
-    linear(field, ray, t0, t1, wall, steps as u32, 7)
 }

@@ -10,7 +10,7 @@ pub mod select;
 pub mod tables;
 
 use crate::{array::Array, math::Aabb};
-use glam::{Mat4, Vec3};
+use glam::{DVec3, Mat4, Vec3};
 use std::{collections::BTreeMap, sync::Arc};
 
 /// A scene. Objects share meshes, materials and images through `Arc`s.
@@ -160,6 +160,18 @@ impl Object {
 }
 
 impl Scene {
+    /// The corners of all triangles, world space, metres.
+    pub fn corners(&self) -> impl Iterator<Item = DVec3> {
+        self.objects.iter().flat_map(|object| {
+            let transform = object.transform.as_dmat4();
+            object.parts.iter().flat_map(move |part| {
+                let corners = part.mesh.triangles.iter().flatten();
+                corners
+                    .map(move |i| transform.transform_point3(Vec3::from(part.mesh.positions[*i as usize]).as_dvec3()))
+            })
+        })
+    }
+
     pub fn bounds(&self) -> Aabb {
         self.objects.iter().fold(Aabb::EMPTY, |b, o| b.union(o.bounds()))
     }
