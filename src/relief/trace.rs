@@ -74,6 +74,22 @@ impl Field {
         sum / of
     }
 
+    /// The unit normal of the surface at a point on it, in texel units: against w.
+    pub fn normal(&self, p: Vec3, wall: f32) -> Vec3 {
+        let slope = |du: f32, dv: f32| {
+            let (a, b) = (self.height(p.x - du, p.y - dv, wall), self.height(p.x + du, p.y + dv, wall));
+            // At an edge one side alone.
+            let s = match ((a - p.z).abs() <= wall, (b - p.z).abs() <= wall) {
+                (true, true) => b - a,
+                (true, false) => 2.0 * (p.z - a),
+                (false, true) => 2.0 * (b - p.z),
+                (false, false) => 0.0,
+            };
+            s * 0.5 / (du + dv)
+        };
+        Vec3::new(slope(0.5, 0.0), slope(0.0, 0.5), -1.0).normalize()
+    }
+
     /// The part [t0, t1] of a ray inside the field's box, from ≤ t ≤ to.
     pub fn clip(&self, ray: &Ray, from: f32, to: f32) -> Option<(f32, f32)> {
         let [x0, y0, x1, y1] = self.window;
