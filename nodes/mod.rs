@@ -1,6 +1,7 @@
 //! The node kinds: thin adapters between the engine and the algorithms, one file or folder each. A kind with several methods is a folder
 //! with a file per method.
 
+mod cameras;
 #[cfg(test)]
 mod testing;
 pub mod values;
@@ -55,7 +56,12 @@ kinds! {
         /// `select-impostors`: which relief maps a direction of view needs.
         select_impostors { best::Best, closest::Closest }
         /// `select-views`: from where something is looked at.
-        select_views { box_faces::BoxFaces, min_depth_complexity::MinDepthComplexity }
+        select_views {
+            box_faces::BoxFaces,
+            icosahedron::Icosahedron,
+            min_depth_complexity::MinDepthComplexity,
+            octahedral::Octahedral,
+        }
         /// `view-region`: the places from which a stand-in is looked at, where they are no view cell.
         view_region { path::Path, sphere::Sphere }
         /// `write`: stand-ins as bundles of files that other programs open.
@@ -131,7 +137,7 @@ fn json_file(value: &serde_json::Value) -> Result<Arc<File>, NodeError> {
 
 /// Methods that are designed but not built yet.
 const PLANNED: [Planned; 4] = [
-    Planned { kind: "select-views", methods: &["icosahedron", "entropy", "entropy-perturbed", "cell-windows"] },
+    Planned { kind: "select-views", methods: &["entropy", "entropy-perturbed", "cell-windows"] },
     Planned { kind: "collapse", methods: &["silhouette-weight"] },
     Planned { kind: "resample", methods: &["views"] },
     Planned { kind: "compress", methods: &["textures"] },

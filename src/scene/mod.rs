@@ -191,6 +191,21 @@ impl Scene {
         self
     }
 
+    /// The vertices that faces use, in world space, metres; those of instances once for each.
+    pub fn points(&self) -> Vec<DVec3> {
+        let mut points = Vec::new();
+        for object in &self.objects {
+            let transform = object.transform.as_dmat4();
+            for mesh in object.parts.iter().map(|p| &p.mesh) {
+                let mut used = vec![false; mesh.positions.len()];
+                mesh.triangles.iter().flatten().for_each(|i| used[*i as usize] = true);
+                let positions = mesh.positions.iter().zip(&used).filter(|(_, used)| **used);
+                points.extend(positions.map(|(p, _)| transform.transform_point3(Vec3::from(*p).as_dvec3())));
+            }
+        }
+        points
+    }
+
     pub fn triangle_count(&self) -> usize {
         self.objects.iter().map(Object::triangle_count).sum()
     }
