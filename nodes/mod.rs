@@ -46,7 +46,7 @@ kinds! {
         /// `collapse`: fewer triangles.
         collapse { quadric::Quadric, voxel_cover::VoxelCover, voxel_quadric::VoxelQuadric }
         /// `compress`: the same in fewer bytes.
-        compress { ranges::Ranges }
+        compress { ranges::Ranges, textures::Textures }
         /// `evaluate`: certificates.
         evaluate { points::Points, views::Views }
         /// `peel`: more than the nearest surface.
@@ -65,7 +65,7 @@ kinds! {
         /// `view-region`: the places from which a stand-in is looked at, where they are no view cell.
         view_region { path::Path, sphere::Sphere }
         /// `write`: stand-ins as bundles of files that other programs open.
-        write { dmesh::Dmesh, glb::Glb, sprite::Sprite }
+        write { dmesh::Dmesh, glb::Glb, ori::OriNode, sprite::Sprite }
     }
 }
 
@@ -136,11 +136,10 @@ fn json_file(value: &serde_json::Value) -> Result<Arc<File>, NodeError> {
 }
 
 /// Methods that are designed but not built yet.
-const PLANNED: [Planned; 4] = [
+const PLANNED: [Planned; 3] = [
     Planned { kind: "select-views", methods: &["entropy", "entropy-perturbed", "cell-windows"] },
     Planned { kind: "collapse", methods: &["silhouette-weight"] },
     Planned { kind: "resample", methods: &["views"] },
-    Planned { kind: "compress", methods: &["textures"] },
 ];
 
 /// Names that pipelines used before kinds had methods.

@@ -21,6 +21,7 @@ pub mod relief;
 pub mod runtime;
 pub mod scene;
 pub mod sprite;
+pub mod texture;
 pub mod view;
 pub mod voxel;
 

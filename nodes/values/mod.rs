@@ -10,6 +10,7 @@ mod relief;
 mod scene;
 mod slices;
 mod sprite;
+mod textures;
 mod view_cell;
 mod voxel_mesh;
 

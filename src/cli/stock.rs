@@ -6,6 +6,7 @@ use crate::engine::pipeline::Stock;
 pub const STOCK: &[Stock] = &[
     ("dmesh", include_str!("../../pipelines/dmesh.toml")),
     ("dmesh-relit", include_str!("../../pipelines/dmesh-relit.toml")),
+    ("ori", include_str!("../../pipelines/ori.toml")),
     ("tdm", include_str!("../../pipelines/tdm.toml")),
     ("tdm-car", include_str!("../../pipelines/tdm-car.toml")),
     ("tdm-city", include_str!("../../pipelines/tdm-city.toml")),

@@ -13,6 +13,7 @@ mod pyramid;
 mod resample;
 pub mod select;
 mod strategy;
+pub mod textures;
 mod trace;
 
 pub use field::{Field, Ray};

@@ -1,7 +1,9 @@
 //! How stand-ins are drawn: the CPU twins of what ships to engines, behind one interface.
 
+mod cards;
 pub mod dmesh;
 mod open;
+pub mod ori;
 mod scene;
 mod size;
 mod sprite;

@@ -3,6 +3,7 @@
 use super::{
     SceneStandIn, StandIn,
     dmesh::{self, DmeshError, DmeshStandIn, Meshes, Model},
+    ori::{self, OriError, OriStandIn},
     sprite::SpriteStandIn,
 };
 use crate::{
@@ -20,6 +21,8 @@ pub enum Opened {
     Scene(Box<(Scene, Geometry)>),
     /// Depth-meshes, and the hierarchies of those that can be made for a view.
     Dmesh(Box<OpenedDmesh>),
+    /// A relief impostor.
+    Ori(Box<OriStandIn>),
     /// A depth sprite.
     Sprite(Box<SpriteStandIn>),
 }
@@ -37,6 +40,8 @@ pub enum OpenError {
     Format(#[from] FormatError),
     #[error(transparent)]
     Dmesh(#[from] DmeshError),
+    #[error(transparent)]
+    Ori(#[from] OriError),
     #[error(transparent)]
     Sprite(#[from] ReadError),
     #[error("{file}: {what}")]
@@ -68,10 +73,15 @@ pub fn open(main: &Path, files: &(dyn Files + Sync), limits: &Limits) -> Result<
             let per_view = meshes.map(|meshes| fixed.per_view(meshes));
             Ok(Opened::Dmesh(Box::new(OpenedDmesh { fixed, per_view })))
         }
+        Some(ori::FORMAT) => {
+            let bundle = ori::read(folder, files)?;
+            Ok(Opened::Ori(Box::new(OriStandIn::new(ori::Model::new(bundle.ori)?, &bundle.textures))))
+        }
         Some(SPRITE_FORMAT) => Ok(Opened::Sprite(Box::new(SpriteStandIn::read(main, &manifest, files)?))),
         Some(other) => Err(unknown(format!(
-            "the format `{other}` is not known; expected `{}` or `{SPRITE_FORMAT}`",
-            dmesh::FORMAT
+            "the format `{other}` is not known; expected `{}`, `{}` or `{SPRITE_FORMAT}`",
+            dmesh::FORMAT,
+            ori::FORMAT
         ))),
         None => Err(unknown("expected a member `format` that says what the stand-in is".into())),
     }
@@ -82,6 +92,7 @@ impl Opened {
     pub fn modes(&self) -> Vec<(&'static str, Box<dyn StandIn + '_>)> {
         match self {
             Self::Scene(scene) => vec![("", Box::new(SceneStandIn::new(&scene.0, &scene.1)))],
+            Self::Ori(ori) => vec![("", Box::new(&**ori))],
             Self::Sprite(sprite) => vec![("", Box::new(&**sprite))],
             Self::Dmesh(dmesh) => {
                 let mut modes: Vec<(&'static str, Box<dyn StandIn + '_>)> = vec![("static", Box::new(&dmesh.fixed))];

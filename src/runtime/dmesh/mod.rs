@@ -33,7 +33,7 @@ pub(crate) mod tests;
 pub use draw::{Blending, Drawn};
 pub use error::DmeshError;
 pub use frames::{Frames, Meshes};
-pub use manifest::FORMAT;
+pub use manifest::{Camera, FORMAT};
 pub use model::Model;
 pub use read::{Bundle, read};
 pub use reference::{Dmesh, MAX_REFERENCES, Mesh, Reference};

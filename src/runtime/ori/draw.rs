@@ -129,7 +129,8 @@ impl<'a> Eye<'a> {
     /// A pixel whose neighbours show something else.
     fn is_edge(&self, centres: &[Option<Seen>], [width, height]: [usize; 2], [x, y]: [usize; 2]) -> bool {
         let own = &centres[y * width + x];
-        let (x0, x1, y0, y1) = (x.saturating_sub(1), (x + 1).min(width - 1), y.saturating_sub(1), (y + 1).min(height - 1));
+        let (x0, x1, y0, y1) =
+            (x.saturating_sub(1), (x + 1).min(width - 1), y.saturating_sub(1), (y + 1).min(height - 1));
         let jump = self.footprint(own.as_ref().map_or(self.middle, |s| s.depth)) * EDGE;
         (y0..=y1).any(|y| {
             (x0..=x1).any(|x| match (own, &centres[y * width + x]) {

@@ -1,5 +1,6 @@
 //! A relief impostor, and what is made ready once for all its views.
 
+use super::OriError;
 use crate::{
     math::Aabb,
     raster::{Mips, Role},
@@ -33,26 +34,11 @@ pub struct Drawing {
     pub strategy: Strategy,
 }
 
-/// An image of a relief map besides its depth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Channel {
-    Color,
-    Normal,
-    Orm,
-    Emissive,
-}
-
-/// Why something cannot be drawn as a relief impostor.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct OriError(pub String);
-
 /// An impostor ready to be drawn.
 pub struct Model {
     pub(super) ori: Ori,
     pub(super) maps: Vec<Loaded>,
     pub(super) centre: DVec3,
-    pub(super) radius: f64,
 }
 
 /// A map ready to be drawn.
@@ -70,10 +56,10 @@ pub(super) struct Loaded {
 impl Ori {
     /// Checks that numbers refer to maps and that there is something to draw.
     pub fn check(&self) -> Result<(), OriError> {
-        let fault = |what: String| Err(OriError(what));
+        let fault = |what: String| Err(OriError::invalid("impostor", what));
         let Some((_, first)) = self.maps.first() else { return fault("expected a relief map".into()) };
         for (name, map) in &self.maps {
-            map.check().map_err(|e| OriError(format!("map `{name}`: {e}")))?;
+            map.check().map_err(|e| OriError::invalid(format!("map `{name}`"), e.to_string()))?;
             if map.side() != first.side() || map.bits != first.bits {
                 return fault(format!("map `{name}`: expected {} texels a side, as the first map has", first.side()));
             }
@@ -105,8 +91,7 @@ impl Model {
         let wall = ori.drawing.trace.wall;
         let maps = ori.maps.par_iter().map(|(_, map)| Loaded::new(map, wall)).collect();
         let centre = ori.bounds.centre();
-        let radius = ori.bounds.diagonal() * 0.5;
-        Ok(Self { ori, maps, centre, radius })
+        Ok(Self { ori, maps, centre })
     }
 
     pub fn ori(&self) -> &Ori {
@@ -136,7 +121,8 @@ impl Model {
 impl Loaded {
     fn new(map: &ReliefMap, wall: f32) -> Self {
         let side = map.side();
-        let image = |texels: crate::array::Array<[u8; 4]>| Image { name: String::new(), width: side, height: side, texels };
+        let image =
+            |texels: crate::array::Array<[u8; 4]>| Image { name: String::new(), width: side, height: side, texels };
         let normals = map.normal.iter().map(|[x, y]| [*x, *y, 0, 255]).collect();
         let view = &map.view;
         Self {

@@ -1,0 +1,70 @@
+//! Pictures of an object on cards, as a GLB that any viewer opens. An approximation: each card is right only from its own side.
+
+use crate::{
+    array::Array,
+    formats::{FormatError, GlbOptions, write_glb},
+    scene::{Alpha, Image, Material, Mesh, Object, Part, Scene, Texture, Wrap},
+};
+use glam::{DVec3, Mat4};
+use std::sync::Arc;
+
+/// A square picture in space.
+pub(super) struct Card {
+    /// sRGB, row by row from the top; alpha cuts at one half. All cards have as many texels.
+    pub texels: Vec<[u8; 4]>,
+    /// Middle of the card, metres.
+    pub centre: DVec3,
+    /// From the middle to the right and to the upper side, metres.
+    pub right: DVec3,
+    pub up: DVec3,
+}
+
+/// The bytes of a GLB file with one object `name`: all cards, seen from both sides, with one texture. Positions are relative to `origin`, which is the
+/// object's translation.
+///
+/// # Errors
+/// Where the file cannot be written.
+pub(super) fn glb(name: &str, side: u32, origin: DVec3, cards: &[Card]) -> Result<Vec<u8>, FormatError> {
+    let (mut positions, mut normals, mut uv, mut triangles) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut texels = Vec::with_capacity(cards.len() * side as usize * side as usize);
+    for (i, card) in cards.iter().enumerate() {
+        // One picture below another.
+        texels.extend_from_slice(&card.texels);
+        let normal = card.right.cross(card.up).normalize_or_zero().as_vec3().to_array();
+        let first = positions.len() as u32;
+        for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+            positions.push((card.centre - origin + card.right * x + card.up * y).as_vec3().to_array());
+            normals.push(normal);
+            uv.push([0.5 + 0.5 * x as f32, (i as f32 + 0.5 - 0.5 * y as f32) / cards.len() as f32]);
+        }
+        triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+    let image = Image { name: "color".into(), width: side, height: side * cards.len() as u32, texels: texels.into() };
+    let texture = Texture {
+        image: Arc::new(image),
+        uv_set: 0,
+        offset: [0.0; 2],
+        rotation: 0.0,
+        scale: [1.0; 2],
+        wrap: [Wrap::Clamp; 2],
+        smooth: true,
+    };
+    let material = Material {
+        name: name.into(),
+        base_color_texture: Some(texture),
+        alpha: Alpha::Mask { cutoff: 0.5 },
+        double_sided: true,
+        unlit: true,
+        ..Material::default()
+    };
+    let mesh = Mesh {
+        positions: positions.into(),
+        normals: normals.into(),
+        uv: [uv.into(), Array::default()],
+        triangles: triangles.into(),
+        ..Mesh::default()
+    };
+    let part = Part { mesh: Arc::new(mesh), material: Arc::new(material) };
+    let object = Object { name: name.into(), transform: Mat4::from_translation(origin.as_vec3()), parts: vec![part] };
+    write_glb(&Scene { objects: vec![object] }, &GlbOptions::default())
+}
