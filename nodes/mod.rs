@@ -52,7 +52,7 @@ kinds! {
         /// `peel`: more than the nearest surface.
         peel { layers::Layers, solid::Solid }
         /// `resample`: textures for simplified meshes.
-        resample { relief::Relief, voxels::Voxels }
+        resample { octahedral::Octahedral, relief::Relief, voxels::Voxels }
         /// `select-impostors`: which relief maps a direction of view needs.
         select_impostors { best::Best, closest::Closest }
         /// `select-views`: from where something is looked at.
@@ -65,7 +65,7 @@ kinds! {
         /// `view-region`: the places from which a stand-in is looked at, where they are no view cell.
         view_region { path::Path, sphere::Sphere }
         /// `write`: stand-ins as bundles of files that other programs open.
-        write { dmesh::Dmesh, glb::Glb, ori::OriNode, sprite::Sprite }
+        write { dmesh::Dmesh, glb::Glb, octahedral::Octahedral, ori::OriNode, sprite::Sprite }
     }
 }
 

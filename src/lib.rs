@@ -15,6 +15,7 @@ pub mod gpu;
 pub mod image;
 pub mod math;
 pub mod mesh;
+pub mod octahedral;
 pub mod raster;
 pub mod regular;
 pub mod relief;

@@ -1,6 +1,9 @@
 //! The translations of shaders that ship are those that naga makes of them today. `FARFIELD_TRANSLATE=1` writes them anew.
 
-use farfield::{runtime::dmesh, sprite};
+use farfield::{
+    runtime::{dmesh, octahedral},
+    sprite,
+};
 use naga::{ShaderStage, back, front::wgsl, valid};
 use std::path::Path;
 
@@ -11,7 +14,7 @@ struct Source {
     glsl: &'static [(&'static str, ShaderStage, &'static str)],
 }
 
-fn sources() -> [Source; 2] {
+fn sources() -> [Source; 3] {
     use ShaderStage::{Compute, Fragment, Vertex};
     [
         Source {
@@ -30,6 +33,11 @@ fn sources() -> [Source; 2] {
                 ("dmesh-combine.vert", Vertex, "screen_vertex"),
                 ("dmesh-combine.frag", Fragment, "combine_fragment"),
             ],
+        },
+        Source {
+            name: "octahedral",
+            wgsl: octahedral::SHADER.into(),
+            glsl: &[("octahedral.vert", Vertex, "card_vertex"), ("octahedral.frag", Fragment, "card_fragment")],
         },
     ]
 }

@@ -1,4 +1,4 @@
-//! How the values that flow on edges are stored: `Artifact` for scenes, cameras, captures, cells, fields, meshes, factors, bounds and sprites.
+//! How the values that flow on edges are stored: `Artifact` for scenes, cameras, captures, cells, fields, meshes, factors, bounds, sprites and octahedral impostors.
 
 mod bound;
 mod camera;
@@ -6,6 +6,7 @@ mod capture;
 mod charted_mesh;
 mod depth_meshes;
 mod factor;
+mod octahedral;
 mod relief;
 mod scene;
 mod slices;

@@ -1,6 +1,7 @@
 //! Mesh algorithms that know nothing of voxels or scenes, and the textured mesh that stands between
 //! resampling and the atlas.
 
+pub mod card;
 pub mod simplify;
 
 use crate::array::Array;

@@ -2,6 +2,7 @@
 
 mod cards;
 pub mod dmesh;
+pub mod octahedral;
 mod open;
 pub mod ori;
 mod scene;

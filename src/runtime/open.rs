@@ -4,6 +4,7 @@ use super::{
     SceneStandIn, StandIn,
     dmesh::{self, DmeshError, DmeshStandIn, Meshes, Model},
     ori::{self, OriError, OriStandIn},
+    octahedral::{self, OctahedralError, OctahedralStandIn},
     sprite::SpriteStandIn,
 };
 use crate::{
@@ -23,6 +24,8 @@ pub enum Opened {
     Dmesh(Box<OpenedDmesh>),
     /// A relief impostor.
     Ori(Box<OriStandIn>),
+    /// An octahedral impostor.
+    Octahedral(Box<OctahedralStandIn>),
     /// A depth sprite.
     Sprite(Box<SpriteStandIn>),
 }
@@ -42,6 +45,7 @@ pub enum OpenError {
     Dmesh(#[from] DmeshError),
     #[error(transparent)]
     Ori(#[from] OriError),
+    Octahedral(#[from] OctahedralError),
     #[error(transparent)]
     Sprite(#[from] ReadError),
     #[error("{file}: {what}")]
@@ -77,10 +81,16 @@ pub fn open(main: &Path, files: &(dyn Files + Sync), limits: &Limits) -> Result<
             let bundle = ori::read(folder, files)?;
             Ok(Opened::Ori(Box::new(OriStandIn::new(ori::Model::new(bundle.ori)?, &bundle.textures))))
         }
+        Some(octahedral::FORMAT) => {
+            let bundle = octahedral::read(folder, files, limits)?;
+            let model = octahedral::Model::new(bundle.impostor, bundle.drawing)?;
+            Ok(Opened::Octahedral(Box::new(OctahedralStandIn::new(model))))
+        }
         Some(SPRITE_FORMAT) => Ok(Opened::Sprite(Box::new(SpriteStandIn::read(main, &manifest, files)?))),
         Some(other) => Err(unknown(format!(
-            "the format `{other}` is not known; expected `{}`, `{}` or `{SPRITE_FORMAT}`",
+            "the format `{other}` is not known; expected `{}`, `{}`, `{}` or `{SPRITE_FORMAT}`",
             dmesh::FORMAT,
+            octahedral::FORMAT,
             ori::FORMAT
         ))),
         None => Err(unknown("expected a member `format` that says what the stand-in is".into())),
@@ -93,6 +103,7 @@ impl Opened {
         match self {
             Self::Scene(scene) => vec![("", Box::new(SceneStandIn::new(&scene.0, &scene.1)))],
             Self::Ori(ori) => vec![("", Box::new(&**ori))],
+            Self::Octahedral(impostor) => vec![("", Box::new(&**impostor))],
             Self::Sprite(sprite) => vec![("", Box::new(&**sprite))],
             Self::Dmesh(dmesh) => {
                 let mut modes: Vec<(&'static str, Box<dyn StandIn + '_>)> = vec![("static", Box::new(&dmesh.fixed))];

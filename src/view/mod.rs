@@ -4,7 +4,9 @@ mod camera;
 mod cell;
 pub mod directions;
 mod region;
+mod sphere;
 
 pub use camera::{Projection, View};
 pub use cell::Cell;
 pub use region::Region;
+pub use sphere::enclosing_sphere;

@@ -1,0 +1,74 @@
+//! An octahedral impostor as a bundle.
+
+use crate::{
+    engine::{
+        node::{Ctx, Node, NodeError},
+        plan::{Bundle, File},
+    },
+    octahedral::Impostor,
+    ports,
+    runtime::{
+        dmesh::BundleFile,
+        octahedral::{self, Drawing},
+    },
+};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::{collections::BTreeMap, sync::Arc};
+
+/// Writes an octahedral impostor as a stand-in: `octahedral.json` with grid, window, card and conventions; the atlases in the layout that
+/// engines' impostor shaders expect; `octahedral.glb`, crossed cards for ordinary viewers; the shaders that blend the frames. Source: Ryan Brucks,
+/// Octahedral Impostors, 2018.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Params {
+    /// Times that a ray is moved by a frame's depth. 0 shows the frames as flat pictures, 1 is what engines' shaders do.
+    #[schemars(range(min = 0, max = 64), extend("x-unit" = "steps"))]
+    pub steps: u32,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { steps: Drawing::default().steps }
+    }
+}
+
+ports! {
+    pub struct In {
+        /// The impostor.
+        impostor: Arc<Impostor>,
+    }
+}
+
+ports! {
+    pub struct Out {
+        /// The stand-in's files; `octahedral.json` is the one to open first.
+        bundle: Arc<Bundle>,
+    }
+}
+
+pub struct Octahedral;
+
+impl Node for Octahedral {
+    const KIND: &'static str = "write";
+    const METHOD: &'static str = "octahedral";
+    const VERSION: u32 = 1;
+    type Params = Params;
+    type In = In;
+    type Out = Out;
+
+    fn memory(_: &Params, sizes: &[u64]) -> u64 {
+        // The mip levels, the files of all images at once, and what encoding takes.
+        (64 << 20) + sizes.iter().fold(0_u64, |s, n| s.saturating_add(*n)).saturating_mul(4)
+    }
+
+    fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
+        ctx.stop.check()?;
+        let drawing = Drawing { steps: params.steps };
+        let files = octahedral::write(&inputs.impostor, &drawing).map_err(|e| NodeError::from_error(&e))?;
+        let main = files.first().map(|f| f.path.clone()).unwrap_or_default();
+        let file = |f: BundleFile| (f.path, File { media_type: f.media.into(), bytes: f.bytes });
+        let files: BTreeMap<String, File> = files.into_iter().map(file).collect();
+        Ok(Out { bundle: Arc::new(Bundle::new(main, files).map_err(NodeError::Failed)?) })
+    }
+}
