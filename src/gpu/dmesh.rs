@@ -6,7 +6,7 @@ use super::{
     Gpu,
     device::{Buffer, Device, GpuError},
     machine::Machine,
-    passes::{CENTRES, Passes, Target},
+    passes::{CENTRES, Passes},
 };
 use crate::{
     image::Picture,
@@ -254,7 +254,7 @@ fn reference(model: &Model, i: usize, weight: f64, blending: &Blending) -> Refer
 }
 
 /// The near plane has depth 1 and the far plane 0: floats then resolve depth evenly.
-fn frame(view: &View, how: &Rendering, layers: u32) -> Frame {
+pub(super) fn frame(view: &View, how: &Rendering, layers: u32) -> Frame {
     let (near, far) = (view.near, view.far);
     let (perspective, l, r, b, t) = match view.projection {
         Projection::Perspective { left, right, bottom, top } => (true, left, right, bottom, top),
@@ -316,21 +316,26 @@ fn draw(machine: &Machine, order: &Order, stop: &Stop) -> Result<(Vec<[u8; 4]>, 
         return Err(GpuError::Failed(what));
     }
     let depth = passes.depth(&machine.device, order, 1);
-    let depth = read(&machine.device, &depth, order.size, stop)?;
+    let depth = read(&machine.device, &depth.texture, order.size, stop)?;
     let picture = passes.picture(&machine.device, order)?;
-    let texels = read(&machine.device, &picture, order.size, stop)?;
+    let texels = read(&machine.device, &picture.texture, order.size, stop)?;
     let depth = depth.into_iter().map(f32::from_bits).map(|z| if z < CENTRES { z } else { f32::INFINITY });
     Ok((texels.into_iter().map(|w| w.to_le_bytes()).collect(), depth.collect()))
 }
 
 /// The words of a texture of four bytes a texel.
-fn read(device: &Device, target: &Target, [width, height]: [u32; 2], stop: &Stop) -> Result<Vec<u32>, GpuError> {
+pub(super) fn read(
+    device: &Device,
+    target: &wgpu::Texture,
+    [width, height]: [u32; 2],
+    stop: &Stop,
+) -> Result<Vec<u32>, GpuError> {
     let row = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
     let buffer = device.zeros(u64::from(row) * u64::from(height));
     let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
     encoder.copy_texture_to_buffer(
-        target.texture.as_image_copy(),
+        target.as_image_copy(),
         wgpu::TexelCopyBufferInfo { buffer: &buffer.buffer, layout },
         wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
     );

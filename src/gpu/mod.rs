@@ -14,6 +14,9 @@ mod dmesh;
 #[cfg(test)]
 mod dmesh_tests;
 mod machine;
+mod octahedral;
+#[cfg(test)]
+mod octahedral_tests;
 mod passes;
 mod raster;
 mod sprite;

@@ -31,9 +31,10 @@ pub fn fit_card(impostor: &Impostor) -> Vec<[f64; 2]> {
             let flat = card::hull(&flat);
             (0..ANGLES).map(|k| flat.iter().map(|p| p.dot(angle(k))).fold(f64::NEG_INFINITY, f64::max)).collect()
         })
-        .reduce(|| vec![f64::NEG_INFINITY; ANGLES], |a: Vec<f64>, b: Vec<f64>| {
-            a.iter().zip(b).map(|(a, b)| a.max(b)).collect()
-        });
+        .reduce(
+            || vec![f64::NEG_INFINITY; ANGLES],
+            |a: Vec<f64>, b: Vec<f64>| a.iter().zip(b).map(|(a, b)| a.max(b)).collect(),
+        );
     let margin = BULGE + 2.0 * impostor.texel() / impostor.radius;
     let sides: Vec<(DVec2, f64)> = reach.iter().enumerate().map(|(k, r)| (angle(k), r + margin)).collect();
     let window = [DVec2::new(-1.0, -1.0), DVec2::new(1.0, -1.0), DVec2::new(1.0, 1.0), DVec2::new(-1.0, 1.0)];

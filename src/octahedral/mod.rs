@@ -13,7 +13,7 @@ mod levels;
 mod pack;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use card::fit_card;
 pub use grid::{Grid, Pick, axes};

@@ -50,8 +50,7 @@ pub fn pack(captures: &[(&str, &Capture)], tile: Option<u32>, stop: &Stop) -> Re
         )));
     }
     if grid.side * tile > MAX_ATLAS {
-        let what =
-            format!("{side} frames of {tile} texels are {}; expected at most {MAX_ATLAS}", grid.side * tile);
+        let what = format!("{side} frames of {tile} texels are {}; expected at most {MAX_ATLAS}", grid.side * tile);
         return Err(PackError::Tile(what));
     }
     let (centre, radius) = window(captures, grid)?;

@@ -77,15 +77,33 @@ pub fn convention(hemi: bool) -> BTreeMap<String, String> {
     let rows = [
         ("world", "right-handed, +Y up, metres"),
         ("coordinates", coordinates),
-        ("order", "frame (column, row) looks from e = (column, row)/(frames - 1)*2 - 1; it begins at texel (column, row)*tile, rows from the top"),
-        ("blending", "g = (e*0.5 + 0.5)*(frames - 1), cell = floor(g), f = g - cell; where f.x >= f.y frames cell, cell + (1, 0), cell + (1, 1) with weights 1 - f.x, f.x - f.y, f.y; else cell, cell + (0, 1), cell + (1, 1) with 1 - f.y, f.y - f.x, f.x"),
-        ("frame", "orthographic, from the direction d to the eye: right = normalize(cross(+Y, d)), up = cross(d, right); where d is vertical, +Z takes the place of +Y; texel (u, v) shows centre + radius*((2u - 1) right + (1 - 2v) up) and what lies before and behind it along d"),
-        ("color", "sRGB base colour without light, dilated into empty texels; alpha = share of the texel that is covered, cut at 0.5 after blending"),
+        (
+            "order",
+            "frame (column, row) looks from e = (column, row)/(frames - 1)*2 - 1; it begins at texel (column, row)*tile, rows from the top",
+        ),
+        (
+            "blending",
+            "g = (e*0.5 + 0.5)*(frames - 1), cell = floor(g), f = g - cell; where f.x >= f.y frames cell, cell + (1, 0), cell + (1, 1) with weights 1 - f.x, f.x - f.y, f.y; else cell, cell + (0, 1), cell + (1, 1) with 1 - f.y, f.y - f.x, f.x",
+        ),
+        (
+            "frame",
+            "orthographic, from the direction d to the eye: right = normalize(cross(+Y, d)), up = cross(d, right); where d is vertical, +Z takes the place of +Y; texel (u, v) shows centre + radius*((2u - 1) right + (1 - 2v) up) and what lies before and behind it along d",
+        ),
+        (
+            "color",
+            "sRGB base colour without light, dilated into empty texels; alpha = share of the texel that is covered, cut at 0.5 after blending",
+        ),
         ("normal", "world space, rgb = n*0.5 + 0.5, linear"),
-        ("depth", "alpha of the normal atlas: 1 is the plane centre + radius*d, nearest to the eye, 0.5 the centre, 0 the plane centre - radius*d"),
+        (
+            "depth",
+            "alpha of the normal atlas: 1 is the plane centre + radius*d, nearest to the eye, 0.5 the centre, 0 the plane centre - radius*d",
+        ),
         ("orm", "red occlusion, green roughness, blue metallic, linear"),
         ("emissive", "sRGB emitted light"),
-        ("card", "corners c: centre + radius*(d + c.x right + c.y up) with right and up of the direction d to the eye, counter-clockwise as the eye sees them"),
+        (
+            "card",
+            "corners c: centre + radius*(d + c.x right + c.y up) with right and up of the direction d to the eye, counter-clockwise as the eye sees them",
+        ),
     ];
     rows.into_iter().map(|(k, v)| (k.to_owned(), v.to_owned())).collect()
 }

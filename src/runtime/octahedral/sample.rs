@@ -25,11 +25,12 @@ impl Quad {
     }
 
     fn light(&self, image: &Array<[u8; 4]>) -> Vec3 {
-        (0..4).map(|i| {
-            let [r, g, b, _] = image[self.at[i]];
-            Vec3::new(srgb::to_linear(r), srgb::to_linear(g), srgb::to_linear(b)) * self.share[i]
-        })
-        .sum()
+        (0..4)
+            .map(|i| {
+                let [r, g, b, _] = image[self.at[i]];
+                Vec3::new(srgb::to_linear(r), srgb::to_linear(g), srgb::to_linear(b)) * self.share[i]
+            })
+            .sum()
     }
 
     fn normal(&self, image: &Array<[u8; 4]>) -> Vec3 {

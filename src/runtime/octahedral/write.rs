@@ -64,7 +64,8 @@ pub fn write(impostor: &Impostor, drawing: &Drawing) -> Result<Vec<BundleFile>, 
     for s in &SHADERS {
         shaders.entry(s.language.into()).or_default().push(s.name.into());
     }
-    let bounds = (!impostor.bounds.is_empty()).then(|| [impostor.bounds.min.to_array(), impostor.bounds.max.to_array()]);
+    let bounds =
+        (!impostor.bounds.is_empty()).then(|| [impostor.bounds.min.to_array(), impostor.bounds.max.to_array()]);
     let manifest = Manifest {
         format: FORMAT.into(),
         version: VERSION,
@@ -82,7 +83,8 @@ pub fn write(impostor: &Impostor, drawing: &Drawing) -> Result<Vec<BundleFile>, 
         preview: PREVIEW.into(),
         shaders,
     };
-    let mut text = serde_json::to_string_pretty(&manifest).map_err(|e| OctahedralError::invalid(NAME, e.to_string()))?;
+    let mut text =
+        serde_json::to_string_pretty(&manifest).map_err(|e| OctahedralError::invalid(NAME, e.to_string()))?;
     text.push('\n');
     let mut out = vec![BundleFile { path: NAME.into(), media: "application/json", bytes: text.into_bytes() }];
     out.extend(written);
