@@ -115,7 +115,7 @@ fn direction_of(point: vec2<f32>) -> vec3<f32> {
     let e = point / f32(impostor.frames - 1u) * 2.0 - 1.0;
     if impostor.hemi > 0u {
         let p = vec2<f32>(e.x + e.y, e.x - e.y) * 0.5;
-        return normalize(vec3<f32>(p.x, 1.0 - abs(p.x) - abs(p.y), p.y));
+        return normalize(vec3<f32>(p.x, max(1.0 - abs(p.x) - abs(p.y), 0.0), p.y));
     }
     let y = 1.0 - abs(e.x) - abs(e.y);
     let p = select(e, (1.0 - abs(e.yx)) * sign_of(e), y < 0.0);

@@ -5,14 +5,14 @@ use crate::{
     nodes::cameras::{self, Pictures},
     ports,
     scene::Scene,
-    view::{View, directions},
+    view::{View, directions, enclosing_sphere},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Places orthographic cameras on an octahedral grid around the object, as engines' octahedral impostors expect. All pictures have one square window, the
-/// object's bounding sphere about the centre of its box. The frame in column x and row y, counted from the top left of the atlas, looks from octahedral coordinates
+/// Places orthographic cameras on an octahedral grid around the object, as engines' octahedral impostors expect. All pictures have one square window, a
+/// small bounding sphere of the object. The frame in column x and row y, counted from the top left of the atlas, looks from octahedral coordinates
 /// (2x/(frames − 1) − 1, 2y/(frames − 1) − 1): +Y is the middle of the grid, +X the middle of its right side, +Z the middle of its lower side, −Y its corners. In
 /// a hemi-octahedral grid +X and −X are the lower right and the upper left corner, +Z and −Z the upper right and the lower left one. Pictures
 /// have +Y up; those from straight above and below have +Z up.
@@ -82,12 +82,7 @@ impl Node for Octahedral {
 
     fn run(params: &Params, inputs: In, _: &Ctx) -> Result<Out, NodeError> {
         let Params { frames, hemi, .. } = *params;
-        let points = inputs.scene.points();
-        if points.is_empty() {
-            return Err(cameras::nothing());
-        }
-        let centre = points.iter().copied().collect::<crate::math::Aabb>().centre();
-        let radius = points.iter().map(|p| p.distance(centre)).fold(0.0, f64::max);
+        let (centre, radius) = enclosing_sphere(&inputs.scene.points()).ok_or_else(cameras::nothing)?;
         let (pixels, free) = (params.pictures().pixels(), params.pictures().free());
         let frame = |y: u32, x: u32| {
             let direction = directions::octahedral_frame(x, y, frames, hemi);

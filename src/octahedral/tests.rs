@@ -6,7 +6,7 @@ use crate::{
     math::{Sequence, Stop},
     raster::{Cpu, Geometry, Shader},
     scene::{Material, Mesh, Object, Part, Scene, builtin},
-    view::{Projection, Region, View, directions::enclosing_sphere},
+    view::{Projection, Region, View, enclosing_sphere},
 };
 use glam::{DVec2, Mat4};
 use proptest::prelude::*;
@@ -14,7 +14,7 @@ use std::{collections::BTreeMap, sync::Arc};
 
 /// Captures of a scene from all points of a grid, row by row.
 pub(crate) fn captured(scene: &Scene, grid: Grid, pixels: u32, margin: f64) -> Vec<(String, Capture)> {
-    let (centre, radius) = enclosing_sphere(&scene.points().collect::<Vec<_>>()).unwrap();
+    let (centre, radius) = enclosing_sphere(&scene.points()).unwrap();
     let half = radius * f64::from(pixels) / (f64::from(pixels) - 2.0 * margin);
     let geometry = Geometry::new(scene);
     let shader = Shader::new(&geometry);
