@@ -3,8 +3,8 @@
 use super::{
     SceneStandIn, StandIn,
     dmesh::{self, DmeshError, DmeshStandIn, Meshes, Model},
-    ori::{self, OriError, OriStandIn},
     octahedral::{self, OctahedralError, OctahedralStandIn},
+    ori::{self, OriError, OriStandIn},
     sprite::SpriteStandIn,
 };
 use crate::{
@@ -45,6 +45,7 @@ pub enum OpenError {
     Dmesh(#[from] DmeshError),
     #[error(transparent)]
     Ori(#[from] OriError),
+    #[error(transparent)]
     Octahedral(#[from] OctahedralError),
     #[error(transparent)]
     Sprite(#[from] ReadError),
