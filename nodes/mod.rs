@@ -2,6 +2,7 @@
 //! with a file per method.
 
 mod cameras;
+mod contents;
 #[cfg(test)]
 mod testing;
 pub mod values;
@@ -48,7 +49,7 @@ kinds! {
         /// `compress`: the same in fewer bytes.
         compress { ranges::Ranges, textures::Textures }
         /// `evaluate`: certificates.
-        evaluate { points::Points, views::Views }
+        evaluate { directions::Directions, points::Points, views::Views }
         /// `peel`: more than the nearest surface.
         peel { layers::Layers, solid::Solid }
         /// `resample`: textures for simplified meshes.

@@ -1,15 +1,14 @@
 //! The certificate of a stand-in: how it looks.
 
 use crate::{
-    array::Bytes,
     certify::{self, Choice, CompareError, Mode, Sampling, VIEWS_AT_ONCE},
     engine::{
         node::{Ctx, List, Measure, Node, NodeError},
         plan::{Bundle, File},
     },
-    formats::{Files, FormatError, Limits},
+    formats::Limits,
     image::encode_png,
-    nodes::values::Bound,
+    nodes::{contents::Contents, values::Bound},
     ports,
     raster::MAX_SIDE,
     runtime,
@@ -18,10 +17,7 @@ use crate::{
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::{
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use std::{path::Path, sync::Arc};
 
 /// Which colours are compared; always the same for original and stand-in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -228,21 +224,6 @@ impl Node for Views {
         let certificate =
             File { media_type: "application/json".into(), bytes: comparison.certificate.to_json().into_bytes() };
         Ok(Out { certificate: Arc::new(certificate), pictures: List(pictures) })
-    }
-}
-
-/// A bundle as its readers see it.
-struct Contents<'a>(&'a Bundle);
-
-impl Files for Contents<'_> {
-    fn read(&self, path: &Path) -> Result<Option<Bytes>, FormatError> {
-        let name = path.to_str().map(|p| p.replace('\\', "/"));
-        let file = name.and_then(|name| self.0.files().get(&name));
-        Ok(file.map(|f| Arc::new(f.bytes.clone()) as Bytes))
-    }
-
-    fn real(&self, path: &Path) -> Option<PathBuf> {
-        Some(path.to_owned())
     }
 }
 

@@ -10,6 +10,7 @@ pub mod classes;
 mod compare;
 mod cracks;
 mod deviation;
+pub mod directions;
 pub mod edges;
 mod figures;
 mod frame;
