@@ -66,7 +66,7 @@ pub struct Octahedral;
 impl Node for Octahedral {
     const KIND: &'static str = "select-views";
     const METHOD: &'static str = "octahedral";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;
