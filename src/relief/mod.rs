@@ -21,3 +21,6 @@ pub use map::{DepthBits, MapFault, REACHES, ReliefMap};
 pub use resample::{Resampling, resample};
 pub use strategy::{Candidate, Strategy, resolve};
 pub use trace::{Hit, Search, Trace, trace};
+
+#[cfg(test)]
+pub(crate) mod tests;
