@@ -1,7 +1,7 @@
 //! A relief map made ready for rays.
 
 use super::{ReliefMap, pyramid::Pyramid};
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DMat3, DVec3, DVec4, Vec3};
 
 /// What rays ask of a texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,6 +103,24 @@ impl Field {
     pub fn world(&self, p: Vec3) -> DVec3 {
         // The axes are orthogonal, each as long as a texel's side has sides in a metre.
         self.eye + self.axes.transpose() * p.as_dvec3() * (self.texel * self.texel)
+    }
+
+    /// Rows whose products with (x, y, z, 1) are the u, v and w of a point that lies at (x, y, z) from `centre`, in the axes of world space.
+    pub fn rows(&self, centre: DVec3) -> [DVec4; 3] {
+        let at = self.axes * (centre - self.eye);
+        [0, 1, 2].map(|k| self.axes.row(k).extend(at[k]))
+    }
+
+    /// Least u and v, then greatest u and v that surfaces have.
+    pub fn window(&self) -> [f32; 4] {
+        self.window
+    }
+
+    /// Least and greatest depth of the surfaces in squares of 2^l cells a side, level l by level, row by row, as `shaders/ori.wgsl` reads them: a level has
+    /// half as many squares along a side as the one before, level 0 the least power of two that is not below [`Field::side`]. Without surface the first is the
+    /// greater.
+    pub fn ranges(&self) -> impl Iterator<Item = [f32; 2]> {
+        self.pyramid.ranges()
     }
 
     /// A ray of world space in texel units; lengths along it are those of the world: t stays t.

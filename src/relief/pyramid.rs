@@ -49,6 +49,11 @@ impl Pyramid {
         Self { side, levels, wall }
     }
 
+    /// All levels, the finest first.
+    pub fn ranges(&self) -> impl Iterator<Item = [f32; 2]> {
+        self.levels.iter().flatten().copied()
+    }
+
     /// The first surface that the ray meets from its front between t0 and t1.
     pub fn trace(&self, field: &Field, ray: &Ray, t0: f32, t1: f32) -> Option<Hit> {
         let (o, d) = (ray.origin, ray.direction);

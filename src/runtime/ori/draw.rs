@@ -1,8 +1,12 @@
 //! A view of a relief impostor.
 
-use super::model::{Loaded, Model};
+use super::{
+    instances::Instance,
+    model::{Loaded, Model},
+    picture::{Scope, paint},
+};
 use crate::{
-    image::{Picture, srgb},
+    image::Picture,
     math::{Stop, Stopped},
     raster::{NOTHING, Rendering, Surface},
     relief::{Candidate, Hit, Ray, resolve, trace},
@@ -10,7 +14,6 @@ use crate::{
     view::{Projection, View},
 };
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 
 /// What a view shows.
 pub struct Drawn {
@@ -30,41 +33,9 @@ pub struct Drawn {
 pub fn draw(model: &Model, view: &View, how: &Rendering, stop: &Stop) -> Result<Drawn, Stopped> {
     let selected = model.select(view);
     let eye = Eye::new(model, view, &selected);
-    let (width, height) = (view.width as usize, view.height as usize);
-    let rows: Vec<Vec<Option<Seen>>> = (0..height)
-        .into_par_iter()
-        .map(|y| {
-            stop.check()?;
-            Ok((0..width).map(|x| eye.see(x as f64 + 0.5, y as f64 + 0.5)).collect())
-        })
-        .collect::<Result<_, Stopped>>()?;
-    let centres: Vec<Option<Seen>> = rows.into_iter().flatten().collect();
-    let background = Vec3::from(how.background);
-    let n = how.samples_per_axis.max(1) as usize;
-    let texels: Vec<Vec<[u8; 4]>> = (0..height)
-        .into_par_iter()
-        .map(|y| {
-            stop.check()?;
-            let pixel = |x: usize| {
-                let own = &centres[y * width + x];
-                let color = if n > 1 && eye.is_edge(&centres, [width, height], [x, y]) {
-                    let at = |i: usize, k: usize| i as f64 + (k as f64 + 0.5) / n as f64;
-                    let sample = |k: usize| {
-                        let seen = eye.see(at(x, k % n), at(y, k / n));
-                        seen.map_or(background, |s| eye.color(&s, how))
-                    };
-                    (0..n * n).map(sample).sum::<Vec3>() / (n * n) as f32
-                } else {
-                    own.as_ref().map_or(background, |s| eye.color(s, how))
-                };
-                let [r, g, b] = color.to_array().map(srgb::from_linear);
-                [r, g, b, 255]
-            };
-            Ok((0..width).map(pixel).collect())
-        })
-        .collect::<Result<_, Stopped>>()?;
+    let (centres, picture) = paint(&eye, view, how, stop)?;
     Ok(Drawn {
-        picture: Picture { width: view.width, height: view.height, texels: texels.into_iter().flatten().collect() },
+        picture,
         depth: centres.iter().map(|s| s.as_ref().map_or(f32::INFINITY, |s| s.depth as f32)).collect(),
         normal: centres.iter().map(|s| s.as_ref().map_or(Vec3::ZERO, |s| eye.face(s))).collect(),
         map: centres.iter().map(|s| s.as_ref().map_or(NOTHING, |s| s.map)).collect(),
@@ -74,25 +45,33 @@ pub fn draw(model: &Model, view: &View, how: &Rendering, stop: &Stop) -> Result<
 
 /// What a ray sees.
 #[derive(Clone, Copy)]
-struct Seen {
-    map: u32,
+pub(super) struct Seen {
+    pub map: u32,
     hit: Hit,
-    /// Planar depth, metres.
-    depth: f64,
+    /// Planar depth, metres of the impostor's own space.
+    pub depth: f64,
 }
 
 /// An eye that looks at a model.
-struct Eye<'a> {
+pub(super) struct Eye<'a> {
     model: &'a Model,
+    /// In the impostor's own space.
     view: &'a View,
     selected: &'a [u32],
+    /// Where the impostor stands in the world.
+    place: Instance,
     /// Planar depth of the middle of the object, from which rays are measured so that 32 bits suffice.
     middle: f64,
 }
 
 impl<'a> Eye<'a> {
     fn new(model: &'a Model, view: &'a View, selected: &'a [u32]) -> Self {
-        Self { model, view, selected, middle: (model.centre - view.eye).dot(view.forward) }
+        Self::of_instance(model, view, selected, Instance::default())
+    }
+
+    /// `view` as the instance sees it, see [`Instance::view`].
+    pub fn of_instance(model: &'a Model, view: &'a View, selected: &'a [u32], place: Instance) -> Self {
+        Self { model, view, selected, place, middle: (model.centre - view.eye).dot(view.forward) }
     }
 
     /// A point of the ray of a pixel position at the depth of the object's middle, and the way per metre of planar depth.
@@ -105,6 +84,26 @@ impl<'a> Eye<'a> {
             Projection::Orthographic { .. } => (self.view.unproject(px, py, self.middle), self.view.forward),
         }
     }
+
+    /// Width of a pixel at a planar depth, metres.
+    pub fn footprint(&self, depth: f64) -> f64 {
+        match self.view.projection {
+            Projection::Perspective { left, right, .. } => (right - left) / f64::from(self.view.width) * depth,
+            Projection::Orthographic { left, right, .. } => (right - left) / f64::from(self.view.width),
+        }
+    }
+
+    /// The normal of the height field.
+    fn face(&self, seen: &Seen) -> Vec3 {
+        let map = &self.model.maps[seen.map as usize];
+        let [x, y, z] = map.axes;
+        let n = map.field.normal(seen.hit.point, self.model.ori.drawing.trace.wall);
+        (x * n.x - y * n.y - z * n.z).normalize_or(z)
+    }
+}
+
+impl Scope for Eye<'_> {
+    type Seen = Seen;
 
     fn see(&self, px: f64, py: f64) -> Option<Seen> {
         let (origin, direction) = self.ray(px, py);
@@ -126,30 +125,10 @@ impl<'a> Eye<'a> {
         Some(Seen { map: self.selected[k], hit, depth: self.middle + f64::from(hit.t) })
     }
 
-    /// A pixel whose neighbours show something else.
-    fn is_edge(&self, centres: &[Option<Seen>], [width, height]: [usize; 2], [x, y]: [usize; 2]) -> bool {
-        let own = &centres[y * width + x];
-        let (x0, x1, y0, y1) =
-            (x.saturating_sub(1), (x + 1).min(width - 1), y.saturating_sub(1), (y + 1).min(height - 1));
-        let jump = self.footprint(own.as_ref().map_or(self.middle, |s| s.depth)) * EDGE;
-        (y0..=y1).any(|y| {
-            (x0..=x1).any(|x| match (own, &centres[y * width + x]) {
-                (Some(a), Some(b)) => (a.depth - b.depth).abs() > jump,
-                (None, None) => false,
-                _ => true,
-            })
-        })
+    fn apart(&self, own: &Seen, other: &Seen) -> bool {
+        (own.depth - other.depth).abs() > self.footprint(own.depth) * EDGE
     }
 
-    /// Width of a pixel at a planar depth, metres.
-    fn footprint(&self, depth: f64) -> f64 {
-        match self.view.projection {
-            Projection::Perspective { left, right, .. } => (right - left) / f64::from(self.view.width) * depth,
-            Projection::Orthographic { left, right, .. } => (right - left) / f64::from(self.view.width),
-        }
-    }
-
-    /// Linear colour of what is seen.
     fn color(&self, seen: &Seen, how: &Rendering) -> Vec3 {
         let map = &self.model.maps[seen.map as usize];
         let side = f64::from(map.field.side);
@@ -161,6 +140,7 @@ impl<'a> Eye<'a> {
         let [x, y, ..] = sample(&map.normal).map(|v| (v * 255.0 - 127.0) / 127.0);
         let z = (1.0 - x * x - y * y).max(0.0).sqrt();
         let normal = (map.axes[0] * x + map.axes[1] * y + map.axes[2] * z).normalize_or(map.axes[2]);
+        let turn = self.place.rotation;
         let position = map.field.world(seen.hit.point);
         let to_eye = match self.view.projection {
             Projection::Perspective { .. } => (self.view.eye - position).normalize_or_zero(),
@@ -168,30 +148,22 @@ impl<'a> Eye<'a> {
         };
         let [er, eg, eb, _] = map.emissive.as_ref().map_or([0.0; 4], sample);
         let surface = Surface {
-            position,
+            position: self.place.point(position),
             color: [r, g, b, 1.0],
-            normal,
-            to_eye: to_eye.as_vec3(),
+            normal: turn.as_quat() * normal,
+            to_eye: (turn * to_eye).as_vec3(),
             emissive: [er, eg, eb],
             unlit: false,
         };
         Vec3::from(surface.seen(&how.shading))
     }
-
-    /// The normal of the height field.
-    fn face(&self, seen: &Seen) -> Vec3 {
-        let map = &self.model.maps[seen.map as usize];
-        let [x, y, z] = map.axes;
-        let n = map.field.normal(seen.hit.point, self.model.ori.drawing.trace.wall);
-        (x * n.x - y * n.y - z * n.z).normalize_or(z)
-    }
 }
 
 /// More maps than this are not drawn for a view.
-pub(super) const MAPS: usize = 8;
+pub const MAPS: usize = 8;
 
 /// Pixels of depth from one pixel to the next that count as an edge.
-const EDGE: f64 = 4.0;
+pub(super) const EDGE: f64 = 4.0;
 
 fn candidate(map: &Loaded, ray: &Ray, hit: &Hit, wall: f32) -> Candidate {
     Candidate {

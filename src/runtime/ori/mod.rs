@@ -2,19 +2,24 @@
 
 mod draw;
 mod error;
+mod instances;
 mod manifest;
 mod model;
+mod picture;
 mod preview;
 mod read;
+#[cfg(test)]
+pub(crate) mod sample;
 mod shaders;
 mod stand_in;
 mod write;
 
-pub use draw::{Drawn, draw};
+pub use draw::{Drawn, MAPS, draw};
 pub use error::OriError;
+pub use instances::{DrawnInstances, Instance, draw_instances};
 pub use manifest::{FORMAT, NAME};
 pub use model::{Drawing, Model, Ori};
 pub use read::{Bundle, read};
-pub use shaders::{SHADERS, ShaderFile};
+pub use shaders::{SHADER, SHADERS, ShaderFile};
 pub use stand_in::OriStandIn;
 pub use write::write;

@@ -37,12 +37,12 @@ pub struct Drawing {
 /// An impostor ready to be drawn.
 pub struct Model {
     pub(super) ori: Ori,
-    pub(super) maps: Vec<Loaded>,
-    pub(super) centre: DVec3,
+    pub(crate) maps: Vec<Loaded>,
+    pub(crate) centre: DVec3,
 }
 
 /// A map ready to be drawn.
-pub(super) struct Loaded {
+pub(crate) struct Loaded {
     pub field: Field,
     pub color: Mips,
     pub normal: Mips,
@@ -96,6 +96,13 @@ impl Model {
 
     pub fn ori(&self) -> &Ori {
         &self.ori
+    }
+
+    /// Around all that rays can meet: surfaces reach less than two texels beyond the object.
+    pub fn reach(&self) -> Aabb {
+        let beyond = self.maps.iter().map(|m| m.field.texel).fold(0.0, f64::max) * 2.0;
+        let bounds = &self.ori.bounds;
+        Aabb { min: bounds.min - beyond, max: bounds.max + beyond }
     }
 
     /// The maps that a view needs, the one nearest to its direction first.
