@@ -62,7 +62,7 @@ pub fn simplify(polygon: &[DVec2], most: usize) -> Vec<DVec2> {
             let (e, f) = (b - a, c - d);
             let det = e.perp_dot(f);
             // The neighbours meet beyond the side where they turn by less than half a turn.
-            (det > 0.0).then(|| {
+            (det < 0.0).then(|| {
                 let p = a + e * ((d - a).perp_dot(f) / det);
                 (i, p, (p - b).perp_dot(c - p).abs())
             })

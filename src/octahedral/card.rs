@@ -44,7 +44,7 @@ pub fn fit_card(impostor: &Impostor) -> Vec<[f64; 2]> {
         return all();
     }
     let polygon = card::simplify(&card::cut(&window.map(|c| c * 2.0), &sides), CORNERS);
-    if polygon.len() < 3 { all() } else { polygon.iter().map(DVec2::to_array).collect() }
+    if (3..=CORNERS).contains(&polygon.len()) { polygon.iter().map(DVec2::to_array).collect() } else { all() }
 }
 
 /// Points of the captured surface, in radii about the centre, of which the object's convex hull is made: the hull's corners of every frame.

@@ -102,7 +102,7 @@ fn a_grid_point_shows_its_own_frame() {
             let weights = by_direction(grid, d);
             let own = (d * 1e6).round().to_array().map(|v| v as i64);
             // Below HORIZON the upper half is drawn as from a little above.
-            let slack = if d.y < 0.01 && grid.hemi { 0.01 } else { 1e-9 };
+            let slack = if d.y < 0.01 && grid.hemi { 0.02 } else { 1e-9 };
             assert!((weights.get(&own).copied().unwrap_or(0.0) - 1.0).abs() < slack, "{grid:?} {d}: {weights:?}");
         }
     }
@@ -216,7 +216,7 @@ fn empty_texels_are_dilated() {
         assert!(level.color.iter().all(|t| t[..3] == red[..3]), "a texel of another colour");
         for n in level.normal.iter() {
             let length = DVec3::from([n[0], n[1], n[2]].map(|c| f64::from(c) / 127.5 - 1.0)).length();
-            assert!((length - 1.0).abs() < 0.02 && n[3].abs_diff(128) < 118, "{n:?}");
+            assert!((length - 1.0).abs() < 0.02 && n[3].abs_diff(128) < 121, "{n:?}");
         }
     }
 }
@@ -286,9 +286,9 @@ fn the_card_holds_the_object_from_everywhere() {
             }
         }
     }
-    // A ball's card is an octagon around its disc: 8·tan(π/8) with a radius of 28/32 and the margin.
+    // A ball's card is an octagon around its disc, whose radius is 60/64 and two texels: 8·tan(π/8)·r².
     let area = crate::mesh::card::area(&corners(&impostor(&ball(), GRIDS[1], 64, 64)));
-    assert!(area < 3.45 * (0.97_f64 * 0.97) && area > 2.6, "{area}");
+    assert!((3.1..3.6).contains(&area), "{area}");
 }
 
 fn corners(impostor: &Impostor) -> Vec<DVec2> {

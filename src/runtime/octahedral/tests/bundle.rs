@@ -101,8 +101,10 @@ fn the_preview_opens_as_an_ordinary_model() {
         let geometry = crate::raster::Geometry::new(scene);
         crate::raster::nearest(&Cpu, &geometry, &view, &Default::default(), &Default::default()).unwrap().depth
     };
+    // Cards lie in the middle, so the front is drawn a little smaller than it is.
+    let covered = depth(&cube()).iter().filter(|z| z.is_finite()).count();
     let differs = depth(&cube()).iter().zip(depth(&scene)).filter(|(a, b)| a.is_finite() != b.is_finite()).count();
-    assert!(differs < 150, "{differs}");
+    assert!(covered > 1000 && differs * 3 < covered, "{differs} of {covered}");
     assert!((scene.bounds().centre() - impostor.centre).length() < 1e-5);
 }
 
