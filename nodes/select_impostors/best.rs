@@ -20,11 +20,14 @@ pub struct Params {
     /// Missing pixels over all pixels of the viewport.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub goal: f64,
+    /// In so many directions nearest to its own a choice must miss no more than twice the goal, so that it holds between directions; 0 is the paper's choice.
+    #[schemars(range(min = 0, max = 16))]
+    pub neighbours: u32,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { goal: 0.002 }
+        Self { goal: 0.002, neighbours: 3 }
     }
 }
 
@@ -57,7 +60,7 @@ impl Node for Best {
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
-        let selection = inputs.coverage.select(Choice::Best { goal: params.goal });
+        let selection = inputs.coverage.select(Choice::Best { goal: params.goal, neighbours: params.neighbours });
         let beyond = selection.beyond_goal();
         if beyond > 0 {
             (ctx.warn)(format!(

@@ -140,8 +140,8 @@ impl Artifact for Coverage {
 struct SelectionHead {
     size: u32,
     rays: Rays,
-    /// Of the best subset.
-    goal: Option<f64>,
+    /// Of the best subset, with the number of neighbours.
+    goal: Option<(f64, u32)>,
     /// Of the closest maps.
     closest: Option<u32>,
     maps: Vec<String>,
@@ -156,7 +156,7 @@ impl Artifact for Selection {
 
     fn encode(&self, out: &mut Encoder) {
         let (goal, closest) = match self.choice {
-            Choice::Best { goal } => (Some(goal), None),
+            Choice::Best { goal, neighbours } => (Some((goal, neighbours)), None),
             Choice::Closest(m) => (None, Some(m)),
         };
         out.json(
@@ -177,7 +177,7 @@ impl Artifact for Selection {
         let head: SelectionHead = data.json("head")?;
         let wrong = |what: &str| DecodeError::section("head", what);
         let choice = match (head.goal, head.closest) {
-            (Some(goal), None) => Choice::Best { goal },
+            (Some((goal, neighbours)), None) => Choice::Best { goal, neighbours },
             (None, Some(m)) => Choice::Closest(m),
             _ => return Err(wrong("expected a goal or a number of maps")),
         };
@@ -247,7 +247,7 @@ mod tests {
     fn coverage_and_selection_decode_to_what_was_encoded() {
         let coverage = coverage();
         assert_eq!(from_bytes::<Coverage>(Arc::new(to_bytes(&coverage))), Ok(coverage.clone()));
-        for choice in [Choice::Best { goal: 0.01 }, Choice::Closest(2)] {
+        for choice in [Choice::Best { goal: 0.01, neighbours: 1 }, Choice::Closest(2)] {
             let selection = coverage.select(choice);
             assert_eq!(from_bytes::<Selection>(Arc::new(to_bytes(&selection))), Ok(selection));
         }

@@ -100,7 +100,18 @@ impl Coverage {
             choice,
             maps: self.maps.iter().map(|m| m.0.clone()).collect(),
             directions: self.directions.clone(),
-            subsets: self.covered.iter().map(|c| choose(c, choice, pixels)).collect(),
+            subsets: (0..self.covered.len())
+                .into_par_iter()
+                .map(|i| {
+                    let Choice::Best { neighbours, .. } = choice else {
+                        return choose(&self.covered[i], &[], choice, pixels);
+                    };
+                    // The first is the direction itself.
+                    let near = closest(&self.directions, self.directions[i], neighbours as usize + 1);
+                    let beside: Vec<&Covered> = near.iter().skip(1).map(|j| &self.covered[*j as usize]).collect();
+                    choose(&self.covered[i], &beside, choice, pixels)
+                })
+                .collect(),
         }
     }
 }
@@ -139,7 +150,7 @@ impl Selection {
 
     /// Directions whose subset does not meet the goal; 0 without one.
     pub fn beyond_goal(&self) -> usize {
-        let Choice::Best { goal } = self.choice else { return 0 };
+        let Choice::Best { goal, .. } = self.choice else { return 0 };
         let most = goal * f64::from(self.size) * f64::from(self.size);
         self.subsets.iter().filter(|s| s.missing as f64 > most).count()
     }

@@ -10,11 +10,17 @@ pub enum Choice {
     Closest(u32),
     /// The smallest subset of the pool whose coverage error is at most `goal`, a share of all pixels of the viewport; of those the one with the
     /// least error, of these the first in the order of the pool. All of the pool where none meets the goal.
-    Best { goal: f64 },
+    ///
+    /// Beyond the paper, a subset must also miss no more than [`SLACK`] times the goal in the `neighbours` directions nearest to its own, because it is drawn
+    /// for what lies between them too; 0 is the paper's choice.
+    Best { goal: f64, neighbours: u32 },
 }
 
 /// The maps that are considered for a direction: as many as a set of 63 subsets has.
 pub const POOL: usize = 6;
+
+/// How many times the goal a subset may miss in the directions beside its own.
+pub const SLACK: f64 = 2.0;
 
 /// Numbers of the up to `m` maps nearest to a direction, the nearest first; of equals the first.
 pub fn closest(maps: &[DVec3], direction: DVec3, m: usize) -> Vec<u32> {
@@ -45,26 +51,35 @@ pub struct Subset {
     pub extra: u64,
 }
 
-/// Chooses maps for a direction. `pixels` of the viewport.
-pub fn choose(covered: &Covered, choice: Choice, pixels: u64) -> Subset {
+/// Chooses maps for a direction; `beside` are the directions that [`Choice::Best`] looks at too. `pixels` of the viewport.
+pub fn choose(covered: &Covered, beside: &[&Covered], choice: Choice, pixels: u64) -> Subset {
     let count = covered.maps.len().min(POOL);
     let whole = (1_u32 << count) - 1;
-    match choice {
-        Choice::Closest(m) => judge(covered, whole & (1_u32 << m.min(31)).wrapping_sub(1)),
-        Choice::Best { goal } => {
-            let most = goal * pixels as f64;
-            for size in 1..=count as u32 {
-                let of_size = (1..=whole).filter(|bits| bits.count_ones() == size).map(|bits| judge(covered, bits));
-                let best = of_size
-                    .filter(|s| s.missing as f64 <= most)
-                    .min_by(|a, b| a.missing.cmp(&b.missing).then(a.extra.cmp(&b.extra)));
-                if let Some(best) = best {
-                    return best;
-                }
-            }
-            judge(covered, whole)
+    let goal = match choice {
+        Choice::Closest(m) => return judge(covered, whole & (1_u32 << m.min(31)).wrapping_sub(1)),
+        Choice::Best { goal, .. } => goal,
+    };
+    let most = goal * pixels as f64;
+    for size in 1..=count as u32 {
+        let of_size = (1..=whole).filter(|bits| bits.count_ones() == size).map(|bits| judge(covered, bits));
+        let good = of_size.filter(|s| {
+            let bears = |other: &&Covered| missing(other, &s.maps) as f64 <= SLACK * most;
+            s.missing as f64 <= most && beside.iter().all(bears)
+        });
+        if let Some(best) = good.min_by_key(|s| (s.missing, s.extra)) {
+            return best;
         }
     }
+    judge(covered, whole)
+}
+
+/// Pixels of the original that none of `maps` covers, of those that were drawn in this direction.
+fn missing(covered: &Covered, maps: &[u32]) -> u64 {
+    let mut union = Mask(vec![0; covered.original.0.len()]);
+    for (_, mask) in covered.maps.iter().filter(|(m, _)| maps.contains(m)) {
+        union.join(mask);
+    }
+    covered.original.beyond(&union)
 }
 
 fn judge(covered: &Covered, bits: u32) -> Subset {

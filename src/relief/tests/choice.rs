@@ -51,11 +51,11 @@ proptest! {
     ) {
         let maps = masks.iter().enumerate().map(|(i, m)| (i as u32 * 3, Mask(vec![m & original | m >> 60]))).collect();
         let covered = Covered { original: Mask(vec![original]), maps };
-        let found = choose(&covered, Choice::Best { goal }, 64);
+        let found = choose(&covered, &[], Choice::Best { goal, neighbours: 0 }, 64);
         let (maps, missing) = literal(&covered, goal, 64);
         prop_assert_eq!(found.missing, missing);
         prop_assert_eq!(found.maps, maps);
-        let three = choose(&covered, Choice::Closest(3), 64);
+        let three = choose(&covered, &[], Choice::Closest(3), 64);
         prop_assert_eq!(three.maps.len(), masks.len().min(3));
     }
 }
@@ -88,8 +88,8 @@ fn measured_once_and_chosen_often() {
     let named: Vec<(&str, &ReliefMap)> = maps.iter().map(|m| ("map", m)).collect();
     let stop = Stop::default();
     let coverage = measure(&Cpu, &geometry, &corners, &named, geodesic(1), 64, Trace::default(), &stop).unwrap();
-    let tight = coverage.select(Choice::Best { goal: 0.001 });
-    let loose = coverage.select(Choice::Best { goal: 0.02 });
+    let tight = coverage.select(Choice::Best { goal: 0.001, neighbours: 0 });
+    let loose = coverage.select(Choice::Best { goal: 0.02, neighbours: 0 });
     let all = coverage.select(Choice::Closest(6));
     assert!(loose.maps_per_frame().0 < tight.maps_per_frame().0);
     assert!(all.missing().max <= tight.missing().max && tight.missing().avg <= loose.missing().avg);
@@ -98,7 +98,7 @@ fn measured_once_and_chosen_often() {
     for (subset, six) in tight.subsets.iter().zip(&all.subsets) {
         assert!(subset.missing as f64 <= 0.001 * pixels || subset.maps.len() == six.maps.len());
     }
-    let nothing = coverage.select(Choice::Best { goal: 0.0 });
+    let nothing = coverage.select(Choice::Best { goal: 0.0, neighbours: 0 });
     assert_eq!(nothing.beyond_goal(), nothing.subsets.iter().filter(|s| s.missing > 0).count());
 }
 
@@ -111,7 +111,7 @@ fn a_sphere_needs_few_maps_and_few_pixels_too_many() {
     let named: Vec<(&str, &ReliefMap)> = maps.iter().map(|m| ("map", m)).collect();
     let coverage =
         measure(&Cpu, &geometry, &corners, &named, geodesic(1), 64, Trace::default(), &Stop::default()).unwrap();
-    let selection = coverage.select(Choice::Best { goal: 0.01 });
+    let selection = coverage.select(Choice::Best { goal: 0.01, neighbours: 0 });
     assert!(selection.maps_per_frame().0 < 3.5, "{:?}", selection.maps_per_frame());
     assert!(
         selection.missing().max <= 0.01 && selection.extra().max < 0.02,

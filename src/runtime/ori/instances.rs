@@ -196,9 +196,8 @@ impl Scope for Crowd<'_> {
             }
             let Some(seen) = placed.eye().see(px, py) else { continue };
             let depth = seen.depth * placed.place.scale;
-            let nearer = |f: &Found| {
-                depth < f.depth || depth == f.depth && placed.number < self.placed[f.placed].number
-            };
+            let nearer =
+                |f: &Found| depth < f.depth || depth == f.depth && placed.number < self.placed[f.placed].number;
             if found.as_ref().is_none_or(nearer) {
                 found = Some(Found { placed: *i as usize, seen, depth });
             }

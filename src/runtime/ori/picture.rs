@@ -68,12 +68,7 @@ pub(super) fn paint<S: Scope>(
 }
 
 /// A pixel whose neighbours show something else.
-fn is_edge<S: Scope>(
-    scope: &S,
-    centres: &[Option<S::Seen>],
-    [width, height]: [usize; 2],
-    [x, y]: [usize; 2],
-) -> bool {
+fn is_edge<S: Scope>(scope: &S, centres: &[Option<S::Seen>], [width, height]: [usize; 2], [x, y]: [usize; 2]) -> bool {
     let own = &centres[y * width + x];
     let (x0, x1, y0, y1) = (x.saturating_sub(1), (x + 1).min(width - 1), y.saturating_sub(1), (y + 1).min(height - 1));
     (y0..=y1).any(|y| {
