@@ -40,6 +40,7 @@ kinds! {
         render_slices::RenderSlices,
         select_objects::SelectObjects,
         split_objects::SplitObjects,
+        split_region::SplitRegion,
         view_cell::ViewCell,
         voxel_mesh::VoxelMeshNode,
     }

@@ -7,6 +7,7 @@ mod charted_mesh;
 mod depth_meshes;
 mod factor;
 mod octahedral;
+mod region_tree;
 mod relief;
 mod scene;
 mod slices;

@@ -5,8 +5,12 @@
 //! are sorted by name, so that equal scenes have equal bytes. All coordinates are finite.
 
 pub mod builtin;
+pub mod clip;
+#[cfg(test)]
+mod clip_tests;
 pub mod names;
 pub mod select;
+pub mod split;
 pub mod tables;
 
 use crate::{array::Array, math::Aabb};
