@@ -1,7 +1,7 @@
 //! Orthographic cameras around a scene, which several methods of `select-views` place.
 
 use crate::{
-    engine::node::{List, NodeError},
+    engine::node::{Ctx, List, NodeError},
     raster::MAX_SIDE,
     scene::Scene,
     view::{View, directions},
@@ -62,6 +62,13 @@ pub fn around(
         Ok((name, Arc::new(view.ok_or_else(nothing)?)))
     };
     Ok(List(directions.into_par_iter().map(camera).collect::<Result<_, NodeError>>()?))
+}
+
+/// Warns of cameras, by their names in ticks, that show nothing.
+pub fn warn_of_blank(ctx: &Ctx, names: &[String]) {
+    if !names.is_empty() {
+        (ctx.warn)(format!("from {} no surface is seen: the object is flat and seen edge-on", names.join(", ")));
+    }
 }
 
 /// What a scene without triangles is answered with.

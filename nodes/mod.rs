@@ -60,6 +60,8 @@ kinds! {
         /// `select-views`: from where something is looked at.
         select_views {
             box_faces::BoxFaces,
+            entropy::Entropy,
+            entropy_perturbed::EntropyPerturbed,
             icosahedron::Icosahedron,
             min_depth_complexity::MinDepthComplexity,
             octahedral::Octahedral,
@@ -139,7 +141,7 @@ fn json_file(value: &serde_json::Value) -> Result<Arc<File>, NodeError> {
 
 /// Methods that are designed but not built yet.
 const PLANNED: [Planned; 3] = [
-    Planned { kind: "select-views", methods: &["entropy", "entropy-perturbed", "cell-windows"] },
+    Planned { kind: "select-views", methods: &["cell-windows"] },
     Planned { kind: "collapse", methods: &["silhouette-weight"] },
     Planned { kind: "resample", methods: &["views"] },
 ];

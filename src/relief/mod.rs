@@ -5,7 +5,14 @@
 //! direction of view needs, and up to which size on the screen they may be used.
 
 mod cell;
+pub mod choose;
+#[cfg(test)]
+mod choose_tests;
 pub mod coverage;
+pub mod coverage_picture;
+pub mod entropy;
+#[cfg(test)]
+mod entropy_tests;
 mod field;
 mod map;
 pub mod measure;
