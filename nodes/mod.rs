@@ -69,7 +69,7 @@ kinds! {
         /// `view-region`: the places from which a stand-in is looked at, where they are no view cell.
         view_region { path::Path, sphere::Sphere }
         /// `write`: stand-ins as bundles of files that other programs open.
-        write { dmesh::Dmesh, glb::Glb, octahedral::Octahedral, ori::OriNode, sprite::Sprite }
+        write { dmesh::Dmesh, glb::Glb, octahedral::Octahedral, ori::OriNode, ori_tree::OriTree, sprite::Sprite }
     }
 }
 

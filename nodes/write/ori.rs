@@ -7,7 +7,7 @@ use crate::{
     },
     ports,
     relief::{ReliefMap, Strategy, measure::Selection, textures::Textures},
-    runtime::ori::{self, Drawing, Ori},
+    runtime::ori::{self, Drawing, Extras, Ori},
     scene::Scene,
 };
 use schemars::JsonSchema;
@@ -24,11 +24,13 @@ pub struct Params {
     pub strategy: Strategy,
     /// Writes DDS files beside the KTX2 files.
     pub dds: bool,
+    /// Writes the shaders.
+    pub shaders: bool,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { strategy: Strategy::Direction, dds: true }
+        Self { strategy: Strategy::Direction, dds: true, shaders: true }
     }
 }
 
@@ -88,7 +90,8 @@ impl Node for OriNode {
             drawing: Drawing { trace: selection.trace, strategy: params.strategy },
         };
         let written =
-            ori::write(&ori, selection, &inputs.textures, params.dds).map_err(|e| NodeError::from_error(&e))?;
+            ori::write(&ori, selection, &inputs.textures, Extras { dds: params.dds, shaders: params.shaders })
+                .map_err(|e| NodeError::from_error(&e))?;
         let main = written.first().map(|f| f.path.clone()).unwrap_or_default();
         let file = |f: crate::runtime::dmesh::BundleFile| (f.path, File { media_type: f.media.into(), bytes: f.bytes });
         let files: BTreeMap<String, File> = written.into_iter().map(file).collect();

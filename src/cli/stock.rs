@@ -7,6 +7,7 @@ pub const STOCK: &[Stock] = &[
     ("dmesh", include_str!("../../pipelines/dmesh.toml")),
     ("dmesh-relit", include_str!("../../pipelines/dmesh-relit.toml")),
     ("ori", include_str!("../../pipelines/ori.toml")),
+    ("ori-tree", include_str!("../../pipelines/ori-tree.toml")),
     ("octahedral", include_str!("../../pipelines/octahedral.toml")),
     ("octahedral-objects", include_str!("../../pipelines/octahedral-objects.toml")),
     ("tdm", include_str!("../../pipelines/tdm.toml")),

@@ -4,7 +4,7 @@ use super::{
     SceneStandIn, StandIn,
     dmesh::{self, DmeshError, DmeshStandIn, Meshes, Model},
     octahedral::{self, OctahedralError, OctahedralStandIn},
-    ori::{self, OriError, OriStandIn},
+    ori::{self, OriError, OriStandIn, TreeStandIn},
     sprite::SpriteStandIn,
 };
 use crate::{
@@ -24,6 +24,8 @@ pub enum Opened {
     Dmesh(Box<OpenedDmesh>),
     /// A relief impostor.
     Ori(Box<OriStandIn>),
+    /// Relief impostors of the parts of an object.
+    OriTree(Box<TreeStandIn>),
     /// An octahedral impostor.
     Octahedral(Box<OctahedralStandIn>),
     /// A depth sprite.
@@ -82,6 +84,7 @@ pub fn open(main: &Path, files: &(dyn Files + Sync), limits: &Limits) -> Result<
             let bundle = ori::read(folder, files)?;
             Ok(Opened::Ori(Box::new(OriStandIn::new(ori::Model::new(bundle.ori)?, &bundle.textures))))
         }
+        Some(ori::TREE_FORMAT) => Ok(Opened::OriTree(Box::new(TreeStandIn::read(folder, files, limits)?))),
         Some(octahedral::FORMAT) => {
             let bundle = octahedral::read(folder, files, limits)?;
             let model = octahedral::Model::new(bundle.impostor, bundle.drawing)?;
@@ -89,10 +92,11 @@ pub fn open(main: &Path, files: &(dyn Files + Sync), limits: &Limits) -> Result<
         }
         Some(SPRITE_FORMAT) => Ok(Opened::Sprite(Box::new(SpriteStandIn::read(main, &manifest, files)?))),
         Some(other) => Err(unknown(format!(
-            "the format `{other}` is not known; expected `{}`, `{}`, `{}` or `{SPRITE_FORMAT}`",
+            "the format `{other}` is not known; expected `{}`, `{}`, `{}`, `{}` or `{SPRITE_FORMAT}`",
             dmesh::FORMAT,
             octahedral::FORMAT,
-            ori::FORMAT
+            ori::FORMAT,
+            ori::TREE_FORMAT
         ))),
         None => Err(unknown("expected a member `format` that says what the stand-in is".into())),
     }
@@ -103,6 +107,7 @@ impl Opened {
     pub fn modes(&self) -> Vec<(&'static str, Box<dyn StandIn + '_>)> {
         match self {
             Self::Scene(scene) => vec![("", Box::new(SceneStandIn::new(&scene.0, &scene.1)))],
+            Self::OriTree(tree) => vec![("", Box::new(&**tree))],
             Self::Ori(ori) => vec![("", Box::new(&**ori))],
             Self::Octahedral(impostor) => vec![("", Box::new(&**impostor))],
             Self::Sprite(sprite) => vec![("", Box::new(&**sprite))],

@@ -94,7 +94,7 @@ impl<'a> Eye<'a> {
     }
 
     /// The normal of the height field.
-    fn face(&self, seen: &Seen) -> Vec3 {
+    pub fn face(&self, seen: &Seen) -> Vec3 {
         let map = &self.model.maps[seen.map as usize];
         let [x, y, z] = map.axes;
         let n = map.field.normal(seen.hit.point, self.model.ori.drawing.trace.wall);

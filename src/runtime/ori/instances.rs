@@ -68,8 +68,12 @@ pub struct DrawnInstances {
     pub picture: Picture,
     /// At every pixel centre, row by row: planar depth in metres, infinite where there is nothing.
     pub depth: Vec<f32>,
+    /// Likewise the unit normal of the surface without its normal map, world space; zero where there is nothing.
+    pub normal: Vec<Vec3>,
     /// Likewise the number of the instance; [`NOTHING`] where there is none.
     pub instance: Vec<u32>,
+    /// Maps that were drawn, of all instances together.
+    pub maps: u32,
 }
 
 /// Draws a view of many instances; the nearest surface wins, of equally near ones that of the first instance. Within an instance, maps are chosen as
@@ -86,6 +90,8 @@ pub fn draw_instances(
     Ok(DrawnInstances {
         picture,
         depth: centres.iter().map(|s| s.as_ref().map_or(f32::INFINITY, |s| s.depth as f32)).collect(),
+        normal: centres.iter().map(|s| s.as_ref().map_or(Vec3::ZERO, |s| crowd.face(s))).collect(),
+        maps: crowd.placed.iter().map(|p| p.selected.len() as u32).sum(),
         instance: centres.iter().map(|s| s.as_ref().map_or(NOTHING, |s| crowd.placed[s.placed].number)).collect(),
     })
 }
@@ -143,6 +149,12 @@ impl<'a> Crowd<'a> {
             }
         }
         Ok(Self { placed, columns, tiles })
+    }
+
+    /// The normal of the height field, world space.
+    fn face(&self, seen: &Found) -> Vec3 {
+        let placed = &self.placed[seen.placed];
+        placed.place.rotation.as_quat() * placed.eye().face(&seen.seen)
     }
 }
 

@@ -12,6 +12,7 @@ mod read;
 pub(crate) mod sample;
 mod shaders;
 mod stand_in;
+mod tree;
 mod write;
 
 pub use draw::{Drawn, MAPS, draw};
@@ -22,4 +23,7 @@ pub use model::{Drawing, Model, Ori};
 pub use read::{Bundle, read};
 pub use shaders::{SHADER, SHADERS, ShaderFile};
 pub use stand_in::OriStandIn;
-pub use write::write;
+pub use tree::{
+    Front, RegionRow, TREE_FORMAT, TREE_NAME, TREE_VERSION, TreeManifest, TreeStandIn, projected_size, stated_threshold,
+};
+pub use write::{Extras, shader_files, write};

@@ -83,7 +83,7 @@ fn load(path: &Path, files: &dyn Files) -> Result<Bytes, FormatError> {
 }
 
 /// The path of a file of the bundle.
-fn inside(folder: &Path, name: &str) -> Result<PathBuf, OriError> {
+pub(super) fn inside(folder: &Path, name: &str) -> Result<PathBuf, OriError> {
     let path = Path::new(name);
     let plain =
         !name.is_empty() && !name.contains('\\') && path.components().all(|c| matches!(c, Component::Normal(_)));

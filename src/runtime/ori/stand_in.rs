@@ -8,7 +8,7 @@ use crate::{
     runtime::{Context, Drawn, Planes, Shot, Size, StandIn},
     view::View,
 };
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// A relief impostor.
 pub struct OriStandIn {
@@ -17,7 +17,7 @@ pub struct OriStandIn {
 }
 
 /// Triangles of the box that a map is drawn with.
-const BOX: u64 = 12;
+pub(super) const BOX: u64 = 12;
 
 impl OriStandIn {
     /// `textures` are those of the model's maps.
@@ -47,15 +47,19 @@ impl StandIn for OriStandIn {
         let surface =
             (0..).zip(&drawn.depth).map(|(i, z)| if z.is_finite() { i } else { crate::raster::NOTHING }).collect();
         let (depth, normal, view) = (drawn.depth.clone(), drawn.normal, *view);
-        // Every pixel is a surface of its own: the plane through what it sees.
-        let planes: Planes = Box::new(move |i| {
-            let (x, y) = (f64::from(i % view.width) + 0.5, f64::from(i / view.width) + 0.5);
-            let p = view.unproject(x, y, f64::from(depth[i as usize])) - view.eye;
-            let normal = normal[i as usize].as_dvec3();
-            let n = DVec3::new(normal.dot(view.right), normal.dot(view.up), normal.dot(view.forward));
-            n / normal.dot(p)
-        });
+        let planes = planes(view, depth, normal);
         let of_view = Drawn { triangles: BOX, references: drawn.selected.len() as u32 };
         Ok(Shot { picture: drawn.picture, depth: drawn.depth, surface, planes, drawn: Some(of_view) })
     }
+}
+
+/// Every pixel is a surface of its own: the plane through what it sees.
+pub(super) fn planes(view: View, depth: Vec<f32>, normal: Vec<Vec3>) -> Planes<'static> {
+    Box::new(move |i| {
+        let (x, y) = (f64::from(i % view.width) + 0.5, f64::from(i / view.width) + 0.5);
+        let p = view.unproject(x, y, f64::from(depth[i as usize])) - view.eye;
+        let normal = normal[i as usize].as_dvec3();
+        let n = DVec3::new(normal.dot(view.right), normal.dot(view.up), normal.dot(view.forward));
+        n / normal.dot(p)
+    })
 }

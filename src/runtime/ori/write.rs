@@ -4,7 +4,7 @@ use super::{
     Ori, OriError,
     manifest::{DepthRow, DrawingRow, FORMAT, Manifest, MapRow, NAME, SelectionRow, TextureRow, VERSION},
     preview,
-    shaders::SHADERS,
+    shaders::{SHADERS, ShaderFile},
 };
 use crate::{
     relief::{
@@ -20,8 +20,7 @@ use std::collections::BTreeMap;
 const PREVIEW: &str = "preview.png";
 const CARDS: &str = "cards.glb";
 
-/// The files of a bundle, the manifest first. `textures` are those of the maps, `selection` that which the subsets come from; `dds` writes DDS files
-/// beside KTX2 ones.
+/// The files of a bundle, the manifest first. `textures` are those of the maps, `selection` that which the subsets come from; `extras` say what else is written.
 ///
 /// # Errors
 /// As [`Ori::check`]; where textures do not belong to the maps.
@@ -29,7 +28,7 @@ pub fn write(
     ori: &Ori,
     selection: &Selection,
     textures: &Textures,
-    with_dds: bool,
+    extras: Extras,
 ) -> Result<Vec<BundleFile>, OriError> {
     ori.check()?;
     let bits = ori.maps[0].1.bits;
@@ -52,7 +51,7 @@ pub fn write(
         let failed = |error| OriError::Texture { file: name.into(), error };
         let row = TextureRow {
             ktx2: format!("{name}.ktx2"),
-            dds: with_dds.then(|| format!("{name}.dds")),
+            dds: extras.dds.then(|| format!("{name}.dds")),
             format: format!("{:?}", array.format),
             srgb: array.srgb,
         };
@@ -70,10 +69,7 @@ pub fn write(
         }
         rows.insert(name.to_owned(), row);
     }
-    let mut shaders = BTreeMap::<String, Vec<String>>::new();
-    for s in &SHADERS {
-        shaders.entry(s.language.into()).or_default().push(s.name.into());
-    }
+    let (shaders, shader_files) = if extras.shaders { shader_files() } else { Default::default() };
     let spread = |s: Spread| [s.min, s.avg, s.max];
     let manifest = Manifest {
         format: FORMAT.into(),
@@ -100,6 +96,24 @@ pub fn write(
     files.insert(0, BundleFile { path: NAME.into(), media: "application/json", bytes: text.into_bytes() });
     files.push(BundleFile { path: PREVIEW.into(), media: "image/png", bytes: preview::sheet(ori)? });
     files.push(BundleFile { path: CARDS.into(), media: "model/gltf-binary", bytes: preview::cards(ori)? });
-    files.extend(SHADERS.iter().map(|s| BundleFile { path: s.name.into(), media: s.media, bytes: s.bytes.to_vec() }));
+    files.extend(shader_files);
     Ok(files)
+}
+
+/// What a bundle may do without.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Extras {
+    /// DDS files beside the KTX2 files.
+    pub dds: bool,
+    pub shaders: bool,
+}
+
+/// The shaders of an impostor: names by language, and the files.
+pub fn shader_files() -> (BTreeMap<String, Vec<String>>, Vec<BundleFile>) {
+    let mut names = BTreeMap::<String, Vec<String>>::new();
+    for s in &SHADERS {
+        names.entry(s.language.into()).or_default().push(s.name.into());
+    }
+    let file = |s: &ShaderFile| BundleFile { path: s.name.into(), media: s.media, bytes: s.bytes.to_vec() };
+    (names, SHADERS.iter().map(file).collect())
 }
