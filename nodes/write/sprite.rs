@@ -5,13 +5,11 @@ use crate::{
         node::{Ctx, Node, NodeError},
         plan::{Bundle, File},
     },
-    formats::{
-        dds::write_rg32_uint,
-        exr::{Depths, write_depths},
-    },
+    formats::exr::{Depths, write_depths},
     nodes::{draw_sprites, json_bytes, values},
     ports,
     sprite::{self, LayeredDepthImage, Layout, Packed, Placement, Volume},
+    texture::dds::write_rg32_uint,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Readers and writers of the outside world's files: glTF, OBJ, PLY, scene TOML; EXR and DDS are written only.
+//! Readers and writers of the outside world's files: glTF, OBJ, PLY, scene TOML; EXR is written only.
 //!
 //! What always holds: a reader given any bytes returns a scene that keeps the promises of [`crate::scene`], or an error
 //! that names file and place; it never panics, and never allocates what a number in the file only claims. Every file
@@ -6,7 +6,6 @@
 
 mod appearance;
 mod colors;
-pub mod dds;
 mod error;
 pub mod exr;
 mod files;

@@ -1,9 +1,7 @@
 //! Texture arrays: layers of one size and format, with mip levels.
 
-use super::{Format, block, mip::Level};
+use super::{Format, block, format::MOST_SIDE, mip::Level};
 
-/// Texels along a side that every current graphics API takes.
-pub const MOST_SIDE: u32 = 1 << 14;
 /// Layers that every current graphics API takes.
 pub const MOST_LAYERS: u32 = 1 << 11;
 

@@ -32,10 +32,11 @@ fn expand(color: u16) -> [u32; 3] {
     [u32::from(color >> 11), u32::from(color >> 5 & 63), u32::from(color & 31)]
 }
 
-/// A block near to `colors`: the best endpoints of those that the cluster fit tries. Errors of sRGB colours are weighted by how bright the channels look.
+/// A block near to `colors`. Errors of sRGB colours are weighted by how bright the channels look.
 ///
 /// The colours are sorted along their principal axis; every way of cutting this order into clusters, one for each colour of the block, gives endpoints by
-/// least squares (Brown 2006, "DXT Compression Techniques"). Black is never taken from a block of three colours, where some read it as transparent.
+/// least squares, of which the best are kept (Brown 2006, "DXT Compression Techniques"). Endpoints are then rounded to codes, and found again for the
+/// colours that the texels chose, as long as this helps. Black is never taken from a block of three colours, where some read it as transparent.
 pub(super) fn encode(colors: &[[u8; 3]; 16], srgb: bool, always_four: bool) -> [u8; 8] {
     if colors.iter().all(|c| *c == colors[0]) {
         return flat(colors[0]);
@@ -43,13 +44,13 @@ pub(super) fn encode(colors: &[[u8; 3]; 16], srgb: bool, always_four: bool) -> [
     let weights = if srgb { LUMA } else { [1.0; 3] };
     let scale = weights.map(|w: f32| w.sqrt() / 255.0);
     let points = colors.map(|c| std::array::from_fn(|i| f32::from(c[i]) * scale[i]));
-    let fit = Fit::new(&points, scale);
-    let four = pack(&points, scale, fit.ends(true), true);
+    let fit = Fit::new(points, scale);
+    let four = fit.best(true);
     if always_four {
-        return four.1;
+        return four.block;
     }
-    let three = pack(&points, scale, fit.ends(false), false);
-    if three.0 < four.0 { three.1 } else { four.1 }
+    let three = fit.best(false);
+    if three.error < four.error { three.block } else { four.block }
 }
 
 /// How much red, green and blue contribute to luminance (BT.709).
@@ -58,16 +59,87 @@ const LUMA: [f32; 3] = [0.2126, 0.7152, 0.0722];
 /// Highest codes.
 const TOP: [f32; 3] = [31.0, 63.0, 31.0];
 
-/// Colours, scaled so that all channels count alike, along an axis.
+/// Shares of the first endpoint in the colours of a block, by their index.
+const FOUR: [f32; 4] = [1.0, 0.0, 2.0 / 3.0, 1.0 / 3.0];
+const THREE: [f32; 3] = [1.0, 0.0, 0.5];
+
+/// A way of cutting sixteen colours into clusters.
+struct Cut {
+    /// Colours before the end of the first, second and third cluster.
+    ends: [usize; 3],
+    sums: Shares,
+}
+
+/// Sums over sixteen colours of a², b² and a·b, where a and b = 1 − a are a colour's shares of the endpoints.
+#[derive(Clone, Copy)]
+struct Shares {
+    aa: f32,
+    bb: f32,
+    ab: f32,
+    /// 1/(a²·b² − (a·b)²).
+    inverse: f32,
+}
+
+impl Shares {
+    /// `None` where all shares are equal: endpoints are not determined.
+    fn of(shares: impl Iterator<Item = f32>) -> Option<Self> {
+        let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);
+        for a in shares {
+            let b = 1.0 - a;
+            (aa, bb, ab) = (aa + a * a, bb + b * b, ab + a * b);
+        }
+        let det: f32 = aa * bb - ab * ab;
+        (det > 1e-3).then(|| Self { aa, bb, ab, inverse: 1.0 / det })
+    }
+}
+
+/// All cuts into four clusters with the shares 1, 2/3, 1/3, 0, and into three with 1, 1/2, 0.
+static CUTS: LazyLock<[Vec<Cut>; 2]> = LazyLock::new(|| {
+    let make = |shares: [f32; 4], middle_ends: bool| {
+        let mut cuts = Vec::new();
+        for i in 0..=16 {
+            for j in i..=16 {
+                for k in j..=(if middle_ends { j } else { 16 }) {
+                    let of = |n| {
+                        if n < i {
+                            shares[0]
+                        } else if n < j {
+                            shares[1]
+                        } else if n < k {
+                            shares[2]
+                        } else {
+                            shares[3]
+                        }
+                    };
+                    cuts.extend(Shares::of((0..16).map(of)).map(|sums| Cut { ends: [i, j, k], sums }));
+                }
+            }
+        }
+        cuts
+    };
+    [make([1.0, 2.0 / 3.0, 1.0 / 3.0, 0.0], false), make([1.0, 0.5, 0.5, 0.0], true)]
+});
+
+/// Colours about their mean, scaled so that all channels count alike.
 struct Fit {
-    /// Sum of the first 0 to 16 colours along the axis.
+    points: [[f32; 3]; 16],
+    mean: [f32; 3],
+    /// Sum of the first 0 to 16 of the colours along the axis.
     sums: [[f32; 3]; 17],
     scale: [f32; 3],
 }
 
+/// A block and its sum of squared errors.
+struct Packed {
+    error: f32,
+    block: [u8; 8],
+}
+
 impl Fit {
-    fn new(points: &[[f32; 3]; 16], scale: [f32; 3]) -> Self {
-        let axis = principal_axis(points);
+    fn new(points: [[f32; 3]; 16], scale: [f32; 3]) -> Self {
+        let mean: [f32; 3] = std::array::from_fn(|c| points.iter().map(|p| p[c]).sum::<f32>() / 16.0);
+        let points = points.map(|p| std::array::from_fn(|c| p[c] - mean[c]));
+        let axis = principal_axis(&points);
         let along = points.map(|p| p[0] * axis[0] + p[1] * axis[1] + p[2] * axis[2]);
         let mut order: [usize; 16] = std::array::from_fn(|i| i);
         order.sort_by(|a, b| along[*a].total_cmp(&along[*b]));
@@ -75,74 +147,117 @@ impl Fit {
         for (n, i) in order.into_iter().enumerate() {
             sums[n + 1] = std::array::from_fn(|c| sums[n][c] + points[i][c]);
         }
-        Self { sums, scale }
+        Self { points, mean, sums, scale }
     }
 
-    /// The codes of the two endpoints with the least error, where the colours of the block are four or three.
-    fn ends(&self, four: bool) -> [[u8; 3]; 2] {
-        let mut best = (f32::INFINITY, [[0; 3]; 2]);
-        for i in 0..=16 {
-            for j in i..=16 {
-                if four {
-                    for k in j..=16 {
-                        // Shares of the first endpoint in the four clusters: 1, 2/3, 1/3, 0.
-                        self.consider([i, j - i, k - j], [&self.sums[i], &self.sums[j], &self.sums[k]], &mut best);
-                    }
-                } else {
-                    self.consider_three([i, j - i], [&self.sums[i], &self.sums[j]], &mut best);
-                }
+    /// The best block of four or three colours that the search finds.
+    fn best(&self, four: bool) -> Packed {
+        // About their mean, the colours' sum of a·colour is the negative of that of b·colour, and least squares leave their sum of squares less
+        // 16 |sum of a·colour|² / det.
+        let third = if four { 1.0 / 3.0 } else { 0.5 };
+        let cuts = &CUTS[usize::from(!four)];
+        let sum = |cut: &Cut| -> [f32; 3] {
+            let [i, j, k] = cut.ends.map(|n| &self.sums[n]);
+            let last = if four { 1.0 } else { 0.0 };
+            std::array::from_fn(|c| (i[c] + j[c] + last * k[c]) * third)
+        };
+        let (mut most, mut best) = (-1.0, &cuts[0]);
+        for cut in cuts {
+            let [x, y, z] = sum(cut);
+            let gain = (x * x + y * y + z * z) * cut.sums.inverse;
+            if gain > most {
+                (most, best) = (gain, cut);
             }
         }
-        best.1
+        // Where endpoints leave the range of codes or few colours leave a choice, those of the outermost colours can be better.
+        let [first, second] = [self.settle(self.ends(best.sums, sum(best)), four), self.settle(self.outermost(), four)];
+        if second.error < first.error { second } else { first }
     }
 
-    /// Clusters of this many colours with these sums up to their ends; what is left is the last cluster.
-    fn consider(&self, n: [usize; 3], s: [&[f32; 3]; 3], best: &mut (f32, [[u8; 3]; 2])) {
-        let [n0, n1, n2] = n.map(|n| n as f32);
-        let n3 = 16.0 - n0 - n1 - n2;
-        let quadratic = [n0 + (4.0 * n1 + n2) / 9.0, n3 + (4.0 * n2 + n1) / 9.0, (n1 + n2) * 2.0 / 9.0];
-        let first = std::array::from_fn(|c| (s[0][c] + s[1][c] + s[2][c]) / 3.0);
-        self.solve(quadratic, first, best);
+    /// The codes of the first and last colour along the axis.
+    fn outermost(&self) -> [[u8; 3]; 2] {
+        let last = std::array::from_fn(|c| self.sums[16][c] - self.sums[15][c]);
+        [self.sums[1], last].map(|color| self.codes(color))
     }
 
-    fn consider_three(&self, n: [usize; 2], s: [&[f32; 3]; 2], best: &mut (f32, [[u8; 3]; 2])) {
-        let [n0, n1] = n.map(|n| n as f32);
-        let quadratic = [n0 + n1 / 4.0, 16.0 - n0 - n1 * 0.75, n1 / 4.0];
-        let first = std::array::from_fn(|c| (s[0][c] + s[1][c]) / 2.0);
-        self.solve(quadratic, first, best);
+    /// The best block on the way from endpoints to those that least squares give for the colours that the texels chose.
+    fn settle(&self, ends: [[u8; 3]; 2], four: bool) -> Packed {
+        let (mut packed, mut shares) = self.pack(ends, four);
+        for _ in 0..4 {
+            let Some(sums) = Shares::of(shares.into_iter()) else { break };
+            let mut first = [0.0; 3];
+            for (p, a) in self.points.iter().zip(shares) {
+                first.iter_mut().zip(p).for_each(|(sum, v)| *sum += a * v);
+            }
+            let (next, next_shares) = self.pack(self.ends(sums, first), four);
+            if next.error >= packed.error {
+                break;
+            }
+            (packed, shares) = (next, next_shares);
+        }
+        packed
     }
 
-    /// Least squares: `quadratic` holds the sums of a², b² and a·b over the colours' shares a and b = 1 − a of the endpoints, `first` that of a·colour.
-    fn solve(&self, [aa, bb, ab]: [f32; 3], first: [f32; 3], best: &mut (f32, [[u8; 3]; 2])) {
-        let det = aa * bb - ab * ab;
-        if det < 1e-4 {
-            return;
+    /// The codes of the endpoints by least squares; `first` is the sum of a·colour.
+    fn ends(&self, sums: Shares, first: [f32; 3]) -> [[u8; 3]; 2] {
+        [(sums.bb + sums.ab) * sums.inverse, -(sums.aa + sums.ab) * sums.inverse]
+            .map(|factor| self.codes(first.map(|v| v * factor)))
+    }
+
+    /// The codes nearest to a colour about the mean.
+    fn codes(&self, color: [f32; 3]) -> [u8; 3] {
+        std::array::from_fn(|c| {
+            let value = (self.mean[c] + color[c]) / (255.0 * self.scale[c]);
+            (value * TOP[c] + 0.5).clamp(0.0, TOP[c]) as u8
+        })
+    }
+
+    /// The block of two endpoints with the nearest of its colours for each texel, and the texels' shares of its first endpoint.
+    fn pack(&self, [mut a, mut b]: [[u8; 3]; 2], four: bool) -> (Packed, [f32; 16]) {
+        let number = |e: [u8; 3]| u16::from(e[0]) << 11 | u16::from(e[1]) << 5 | u16::from(e[2]);
+        // The order of the endpoints tells the two kinds of blocks apart.
+        if (number(a) > number(b)) != four {
+            (a, b) = (b, a);
         }
-        let (mut error, mut ends) = (0.0, [[0; 3]; 2]);
-        for c in 0..3 {
-            let (pa, pb) = (first[c], self.sums[16][c] - first[c]);
-            let unit = TOP[c] / (255.0 * self.scale[c]);
-            let code = |v: f32| (v * unit + 0.5).clamp(0.0, TOP[c]) as u8;
-            let codes = [code((pa * bb - pb * ab) / det), code((pb * aa - pa * ab) / det)];
-            let [a, b] = codes.map(|v| f32::from(v) / unit);
-            // Without the sum of the colours' squares, which is the same for all.
-            error += a * a * aa + b * b * bb + 2.0 * (a * b * ab - a * pa - b * pb);
-            (ends[0][c], ends[1][c]) = (codes[0], codes[1]);
+        // Equal endpoints make a block of three colours, whose first is as good as all.
+        let of: &[f32] = if a == b {
+            &THREE[..1]
+        } else if four {
+            &FOUR
+        } else {
+            &THREE
+        };
+        let mut palette = [[f32::INFINITY; 3]; 4];
+        for (color, share) in palette.iter_mut().zip(of) {
+            for c in 0..3 {
+                let code = share * f32::from(a[c]) + (1.0 - share) * f32::from(b[c]);
+                color[c] = code * (255.0 / TOP[c]) * self.scale[c] - self.mean[c];
+            }
         }
-        if error < best.0 {
-            *best = (error, ends);
+        let (mut error, mut indices, mut shares) = (0.0, 0_u32, [0.0; 16]);
+        for (i, p) in self.points.iter().enumerate() {
+            let mut nearest = (f32::INFINITY, 0);
+            for (j, q) in palette.iter().enumerate() {
+                let [x, y, z]: [f32; 3] = std::array::from_fn(|c| p[c] - q[c]);
+                let far = x * x + y * y + z * z;
+                if far < nearest.0 {
+                    nearest = (far, j);
+                }
+            }
+            error += nearest.0;
+            indices |= (nearest.1 as u32) << (2 * i);
+            shares[i] = of[nearest.1];
         }
+        (Packed { error, block: bytes(number(a), number(b), indices) }, shares)
     }
 }
 
-/// The direction in which points differ most; any where they do not.
+/// The direction in which points with the mean 0 differ most; any where they do not.
 fn principal_axis(points: &[[f32; 3]; 16]) -> [f32; 3] {
-    let mean: [f32; 3] = std::array::from_fn(|c| points.iter().map(|p| p[c]).sum::<f32>() / 16.0);
     let mut covariance = [[0.0_f32; 3]; 3];
     for p in points {
-        let d: [f32; 3] = std::array::from_fn(|c| p[c] - mean[c]);
-        for (row, a) in covariance.iter_mut().zip(d) {
-            row.iter_mut().zip(d).for_each(|(m, b)| *m += a * b);
+        for (row, a) in covariance.iter_mut().zip(p) {
+            row.iter_mut().zip(p).for_each(|(m, b)| *m += a * b);
         }
     }
     // Power iteration from the row of the greatest variance, which is never perpendicular to the axis.
@@ -157,40 +272,6 @@ fn principal_axis(points: &[[f32; 3]; 16]) -> [f32; 3] {
         axis = next.map(|v| v / greatest);
     }
     axis
-}
-
-/// The block of two endpoints with the nearest of its colours for each texel, and its error.
-fn pack(points: &[[f32; 3]; 16], scale: [f32; 3], ends: [[u8; 3]; 2], four: bool) -> (f32, [u8; 8]) {
-    let number = |e: [u8; 3]| u16::from(e[0]) << 11 | u16::from(e[1]) << 5 | u16::from(e[2]);
-    let [mut a, mut b] = ends;
-    // The order of the endpoints tells the two kinds of blocks apart.
-    if (number(a) > number(b)) != four {
-        (a, b) = (b, a);
-    }
-    let mix = |share: f32| -> [f32; 3] {
-        std::array::from_fn(|c| (share * f32::from(a[c]) + (1.0 - share) * f32::from(b[c])) * 255.0 / TOP[c] * scale[c])
-    };
-    let palette = if four {
-        vec![mix(1.0), mix(0.0), mix(2.0 / 3.0), mix(1.0 / 3.0)]
-    } else {
-        vec![mix(1.0), mix(0.0), mix(0.5)]
-    };
-    // Equal endpoints make a block of three colours, whose first is as good as all.
-    let palette = if a == b { &palette[..1] } else { &palette[..] };
-    let (mut error, mut indices) = (0.0, 0_u32);
-    for (i, p) in points.iter().enumerate() {
-        let far = |q: &[f32; 3]| (0..3).map(|c| (p[c] - q[c]) * (p[c] - q[c])).sum::<f32>();
-        let mut nearest = (far(&palette[0]), 0);
-        for (j, q) in palette.iter().enumerate().skip(1) {
-            let d = far(q);
-            if d < nearest.0 {
-                nearest = (d, j as u32);
-            }
-        }
-        error += nearest.0;
-        indices |= nearest.1 << (2 * i);
-    }
-    (error, bytes(number(a), number(b), indices))
 }
 
 fn bytes(a: u16, b: u16, indices: u32) -> [u8; 8] {

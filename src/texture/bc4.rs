@@ -165,8 +165,8 @@ mod tests {
                     least = least.min(error(&values, a, b));
                 }
             }
-            // Errors add up as squares: this is a fifth more, and half a code a texel.
-            prop_assert!((found as f64).sqrt() <= 1.2 * (least as f64).sqrt() + 2.0 * 35.0, "{} {}", found, least);
+            // In root mean squares: half as much again, and half a code.
+            prop_assert!((found as f64).sqrt() <= 1.5 * (least as f64).sqrt() + 2.0 * 35.0, "{} {}", found, least);
         }
 
         #[test]

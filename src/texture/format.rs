@@ -1,5 +1,8 @@
 //! Formats of texels, and their numbers in Vulkan and DXGI.
 
+/// Texels along a side that every current graphics API takes.
+pub const MOST_SIDE: u32 = 1 << 14;
+
 /// How texels are stored. All are unsigned and normalised: the highest code is 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Format {

@@ -12,9 +12,9 @@ mod format;
 pub mod ktx2;
 pub mod mip;
 
-pub use array::{MOST_LAYERS, MOST_SIDE, TextureArray, TextureError};
+pub use array::{MOST_LAYERS, TextureArray, TextureError};
 pub use block::{decode, decode16, encode, encode16};
-pub use format::Format;
+pub use format::{Format, MOST_SIDE};
 
 #[cfg(test)]
 mod tests;
