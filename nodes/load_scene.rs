@@ -78,7 +78,7 @@ pub struct LoadScene;
 
 impl Node for LoadScene {
     const KIND: &'static str = "load-scene";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Params = Params;
     type In = In;
     type Out = Out;

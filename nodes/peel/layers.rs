@@ -23,11 +23,13 @@ pub struct Params {
     pub layers: u32,
     /// Layers behind the first keep surfaces that turn their back to the camera too: those of closed objects are seen by other cameras.
     pub backs: bool,
+    /// Keeps what the materials do with light too: occlusion, roughness, metallic and emitted light.
+    pub materials: bool,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { layers: 1, backs: false }
+        Self { layers: 1, backs: false, materials: false }
     }
 }
 
@@ -58,13 +60,15 @@ impl Node for Layers {
     type Out = Out;
 
     fn memory(params: &Params, sizes: &[u64]) -> u64 {
-        // The view's size is not known here: as much as for 2049² pixels, whose images take 28 bytes a layer.
-        (64 << 20) + sizes[0].saturating_mul(3) + u64::from(params.layers) * (2049 * 2049 * 40)
+        // The view's size is not known here: as much as for 2049² pixels, whose images take 28 bytes a layer, and 8 more with materials.
+        (64 << 20)
+            + sizes[0].saturating_mul(3)
+            + u64::from(params.layers) * (2049 * 2049 * if params.materials { 56 } else { 40 })
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
         let geometry = Geometry::new(&inputs.scene);
-        let shader = Shader::new(&geometry);
+        let shader = if params.materials { Shader::with_finishes(&geometry) } else { Shader::new(&geometry) };
         let how = Capturing { layers: params.layers, backs: params.backs };
         let capture = capture::capture(backend(ctx), &shader, inputs.scene.bounds(), &inputs.view, how, ctx.stop)?;
         if capture.layers[0].is_empty() {

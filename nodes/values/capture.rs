@@ -2,6 +2,7 @@
 
 use super::camera::{get_view, put_view};
 use crate::{
+    array::Array,
     capture::{Capture, Layer},
     engine::artifact::{Artifact, DecodeError, Decoder, Encoder},
     math::Aabb,
@@ -18,21 +19,31 @@ impl Artifact for Capture {
     fn encode(&self, out: &mut Encoder) {
         put_view(out, &self.view);
         out.array("bounds", &[self.bounds.min.to_array(), self.bounds.max.to_array()]);
-        out.array("marks", &[u32::from(self.double_sided), self.layers.len() as u32]);
+        let materials = self.layers.iter().any(|l| !l.orm.is_empty());
+        let marks = u32::from(self.double_sided) | u32::from(materials) << 1;
+        out.array("marks", &[marks, self.layers.len() as u32]);
         for (i, layer) in self.layers.iter().enumerate() {
             out.array(format!("depth {i}"), &layer.depth);
             out.array(format!("color {i}"), &layer.color);
             out.array(format!("normal {i}"), &layer.normal);
             out.array(format!("object {i}"), &layer.object);
             out.array(format!("triangle {i}"), &layer.triangle);
+            if materials {
+                out.array(format!("orm {i}"), &layer.orm);
+                out.array(format!("emissive {i}"), &layer.emissive);
+            }
         }
     }
 
     fn decode(data: &Decoder) -> Result<Self, DecodeError> {
         let bounds = data.array::<[f64; 3]>("bounds")?;
         let marks = data.array::<u32>("marks")?;
-        let ([min, max], &[double_sided, layers @ 1..=MOST]) = (&bounds[..], &marks[..]) else {
+        let ([min, max], &[marks @ 0..=3, layers @ 1..=MOST]) = (&bounds[..], &marks[..]) else {
             return Err(DecodeError::section("marks", "expected a box, a mark and a number of layers"));
+        };
+        let optional = |name: String| match marks & 2 {
+            0 => Ok(Array::default()),
+            _ => data.array(&name),
         };
         let layer = |i: u32| {
             Ok(Layer {
@@ -41,12 +52,14 @@ impl Artifact for Capture {
                 normal: data.array(&format!("normal {i}"))?,
                 object: data.array(&format!("object {i}"))?,
                 triangle: data.array(&format!("triangle {i}"))?,
+                orm: optional(format!("orm {i}"))?,
+                emissive: optional(format!("emissive {i}"))?,
             })
         };
         let capture = Self {
             view: get_view(data)?,
             bounds: Aabb { min: DVec3::from(*min), max: DVec3::from(*max) },
-            double_sided: double_sided != 0,
+            double_sided: marks & 1 != 0,
             layers: (0..layers).map(layer).collect::<Result<_, DecodeError>>()?,
         };
         match capture.fault() {
@@ -72,6 +85,8 @@ mod tests {
             normal: vec![[0, 0, 32767, 0], [0; 4]].into(),
             object: vec![0, u32::MAX].into(),
             triangle: vec![7, u32::MAX].into(),
+            orm: Array::default(),
+            emissive: Array::default(),
         };
         Capture {
             view: View::look_at(DVec3::ONE, DVec3::ZERO, DVec3::Y, 0.7, 2, 1, 0.1, 9.0),
@@ -84,6 +99,19 @@ mod tests {
     #[test]
     fn decodes_what_was_encoded() {
         assert_eq!(from_bytes::<Capture>(Arc::new(to_bytes(&capture()))), Ok(capture()));
+    }
+
+    #[test]
+    fn materials_are_kept() {
+        let mut with = capture();
+        for layer in &mut with.layers {
+            layer.orm = vec![[255, 128, 0, 255], [0; 4]].into();
+            layer.emissive = vec![[9, 8, 7, 255], [0; 4]].into();
+        }
+        assert_eq!(from_bytes::<Capture>(Arc::new(to_bytes(&with))), Ok(with.clone()));
+        // Of one layer only.
+        with.layers[1].orm = Array::default();
+        assert!(from_bytes::<Capture>(Arc::new(to_bytes(&with))).is_err());
     }
 
     #[test]

@@ -37,6 +37,10 @@ pub struct Layer {
     pub object: Array<u32>,
     /// Number of the triangle in the scene; [`NOTHING`] where there is none.
     pub triangle: Array<u32>,
+    /// Occlusion, roughness and metallic from 0 to 1 as bytes; the fourth is 255 where there is a surface, else 0. Empty where not captured.
+    pub orm: Array<[u8; 4]>,
+    /// Emitted light, sRGB-encoded and cut at 1; alpha as `orm` has it. Empty where not captured.
+    pub emissive: Array<[u8; 4]>,
 }
 
 impl Layer {
@@ -58,6 +62,10 @@ impl Capture {
                 [layer.depth.len(), layer.color.len(), layer.normal.len(), layer.object.len(), layer.triangle.len()];
             if lengths.iter().any(|n| *n != pixels) {
                 return Some(format!("layer {i}: images of {lengths:?} pixels, expected {pixels}"));
+            }
+            let optional = [layer.orm.len(), layer.emissive.len()];
+            if optional != [0; 2] && optional != [pixels; 2] {
+                return Some(format!("layer {i}: material images of {optional:?} pixels, expected none or {pixels}"));
             }
             if let Some(z) = layer.depth.iter().find(|z| z.is_nan() || **z < 0.0) {
                 return Some(format!("layer {i}: a depth of {z}"));

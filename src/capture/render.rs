@@ -2,6 +2,7 @@
 
 use super::{Capture, Layer, pack_normal};
 use crate::{
+    array::Array,
     image::srgb,
     math::{Aabb, Stop, Stopped},
     raster::{Backend, Fragment, Geometry, NOTHING, Options, Prepared, Shader, fragments_in_tiles, nearest},
@@ -18,7 +19,7 @@ pub struct Capturing {
     pub backs: bool,
 }
 
-/// Captures what `view` sees.
+/// Captures what `view` sees; materials too where `shader` was made by [`Shader::with_finishes`].
 pub fn capture(
     backend: &dyn Backend,
     shader: &Shader,
@@ -114,6 +115,10 @@ fn shade(shader: &Shader, view: &View, seen: &Seen, stop: &Stop) -> Result<Layer
             Ok(row.iter().enumerate().map(pixel).collect())
         })
         .collect::<Result<_, Stopped>>()?;
+    let (orm, emissive) = match shader.has_finishes() {
+        true => finishes(shader, view, seen, stop)?,
+        false => Default::default(),
+    };
     let object = |t: u32| if t == NOTHING { NOTHING } else { shader.geometry.object_of(t) };
     Ok(Layer {
         depth: seen.iter().map(|s| s.0).collect(),
@@ -121,5 +126,34 @@ fn shade(shader: &Shader, view: &View, seen: &Seen, stop: &Stop) -> Result<Layer
         normal: rows.iter().flatten().map(|p| p.1).collect(),
         object: seen.iter().map(|s| object(s.1)).collect(),
         triangle: seen.iter().map(|s| s.1).collect(),
+        orm,
+        emissive,
     })
+}
+
+/// The images of what materials do with light.
+fn finishes(
+    shader: &Shader,
+    view: &View,
+    seen: &Seen,
+    stop: &Stop,
+) -> Result<(Array<[u8; 4]>, Array<[u8; 4]>), Stopped> {
+    let byte = |v: f32| (v * 255.0).round().clamp(0.0, 255.0) as u8;
+    let rows: Vec<Vec<([u8; 4], [u8; 4])>> = seen
+        .par_chunks((view.width as usize).max(1))
+        .enumerate()
+        .map(|(y, row)| {
+            stop.check()?;
+            let pixel = |(x, (_, triangle)): (usize, &(f32, u32))| {
+                let at = (*triangle != NOTHING).then_some(*triangle);
+                let finish = at.and_then(|t| shader.finish(view, x as f64 + 0.5, y as f64 + 0.5, t));
+                finish.map_or_else(Default::default, |f| {
+                    let [r, g, b] = f.emissive.map(srgb::from_linear);
+                    ([byte(f.occlusion), byte(f.roughness), byte(f.metallic), 255], [r, g, b, 255])
+                })
+            };
+            Ok(row.iter().enumerate().map(pixel).collect())
+        })
+        .collect::<Result<_, Stopped>>()?;
+    Ok((rows.iter().flatten().map(|p| p.0).collect(), rows.iter().flatten().map(|p| p.1).collect()))
 }

@@ -304,6 +304,8 @@ fn an_object_that_is_not_seen_gives_an_empty_impostor() {
         normal: vec![[0; 4]; 256].into(),
         object: vec![u32::MAX; 256].into(),
         triangle: vec![u32::MAX; 256].into(),
+        orm: Default::default(),
+        emissive: Default::default(),
     };
     captures.iter_mut().for_each(|c| c.1.layers = vec![nothing.clone()]);
     let empty = packed(&captures, None).unwrap();

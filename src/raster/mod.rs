@@ -44,7 +44,7 @@ pub use noise::Noise;
 pub(crate) use prepare::faces_any;
 pub use prepare::{Prepared, ScreenTriangle};
 pub use render::{Rendered, Rendering, picture, render};
-pub use shade::{Shader, Shading, Surface};
+pub use shade::{Finish, Shader, Shading, Surface};
 pub use tile::Tile;
 
 pub(crate) use camera::Camera;

@@ -20,12 +20,25 @@ pub struct Shader<'a> {
     pub geometry: &'a Geometry,
     /// One for each draw.
     looks: Vec<Look>,
+    finishes: bool,
 }
 
 struct Look {
     base: Option<Arc<Mips>>,
     normal: Option<Arc<Mips>>,
     emissive: Option<Arc<Mips>>,
+    metallic_roughness: Option<Arc<Mips>>,
+    occlusion: Option<Arc<Mips>>,
+}
+
+/// What a material does with light, beside its colour and normal; all linear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finish {
+    /// Share of ambient light that arrives, 0 to 1.
+    pub occlusion: f32,
+    pub roughness: f32,
+    pub metallic: f32,
+    pub emissive: [f32; 3],
 }
 
 /// How surfaces become colours.
@@ -81,6 +94,20 @@ impl Surface {
 
 impl<'a> Shader<'a> {
     pub fn new(geometry: &'a Geometry) -> Self {
+        Self::make(geometry, false)
+    }
+
+    /// One that can tell [`Shader::finish`] too.
+    pub fn with_finishes(geometry: &'a Geometry) -> Self {
+        Self::make(geometry, true)
+    }
+
+    /// Whether [`Shader::finish`] tells something.
+    pub fn has_finishes(&self) -> bool {
+        self.finishes
+    }
+
+    fn make(geometry: &'a Geometry, finishes: bool) -> Self {
         // Each image once for each role, numbered in the order of first use.
         let mut number = BTreeMap::new();
         let mut wanted: Vec<(&'a Image, Role)> = Vec::new();
@@ -101,13 +128,26 @@ impl<'a> Shader<'a> {
                     want(&m.base_color_texture, base),
                     want(&m.normal_texture, Role::Data),
                     want(&m.emissive_texture, Role::Color),
+                    if finishes { want(&m.metallic_roughness_texture, Role::Data) } else { None },
+                    if finishes { want(&m.occlusion_texture, Role::Data) } else { None },
                 ]
             })
             .collect();
         let mips: Vec<_> = wanted.par_iter().map(|(image, role)| Arc::new(Mips::new(image, *role))).collect();
         let get = |i: Option<usize>| i.map(|i| mips[i].clone());
-        let looks = numbers.iter().map(|n| Look { base: get(n[0]), normal: get(n[1]), emissive: get(n[2]) });
-        Self { geometry, looks: looks.collect() }
+        let looks = numbers.iter().map(|n| Look {
+            base: get(n[0]),
+            normal: get(n[1]),
+            emissive: get(n[2]),
+            metallic_roughness: get(n[3]),
+            occlusion: get(n[4]),
+        });
+        Self { geometry, looks: looks.collect(), finishes }
+    }
+
+    /// What the material does with light where [`Shader::shade`] has its surface; `None` for a shader made by [`Shader::new`].
+    pub fn finish(&self, view: &View, px: f64, py: f64, triangle: u32) -> Option<Finish> {
+        self.finishes.then(|| self.facet(&Camera::new(view), triangle).finish(px, py))
     }
 
     /// The point of a triangle's plane at a continuous pixel position of `view`. Textures are filtered over the pixel's
@@ -254,6 +294,23 @@ impl Facet<'_> {
                 std::array::from_fn(|k| m.emissive[k] * t[k])
             }
             None => m.emissive,
+        }
+    }
+
+    fn finish(&self, px: f64, py: f64) -> Finish {
+        let (w, inverse) = self.patch.weights(px, py);
+        let (m, look) = (&*self.draw.material, self.look);
+        let sample = |texture, mips| {
+            let layer = Layer::of(&self.patch, self.draw, self.indices, texture, mips);
+            layer.map_or([1.0; 4], |layer| layer.sample(w, inverse))
+        };
+        let [_, roughness, metallic, _] = sample(&m.metallic_roughness_texture, &look.metallic_roughness);
+        let [occlusion, ..] = sample(&m.occlusion_texture, &look.occlusion);
+        Finish {
+            occlusion: 1.0 + m.occlusion_strength * (occlusion - 1.0),
+            roughness: m.roughness * roughness,
+            metallic: m.metallic * metallic,
+            emissive: self.emissive_at(w, inverse),
         }
     }
 

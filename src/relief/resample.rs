@@ -88,14 +88,18 @@ pub fn resample(capture: &Capture, how: Resampling) -> Result<ReliefMap, MapFaul
         c[3] = if *s { 255 } else { 0 };
     }
     let normal = filled(&|t| [t.normal[0], t.normal[1], 0, 0]);
+    let materials = |value: &dyn Fn(&Averages) -> [u8; 4]| match layer.orm.is_empty() {
+        true => Array::default(),
+        false => filled(value).into(),
+    };
     let map = ReliefMap {
         view: View { width: side, height: side, near, far, ..*view },
         bits: how.bits,
         depth,
         color: color.into(),
         normal: normal.iter().map(|n| [n[0], n[1]]).collect(),
-        orm: Array::default(),
-        emissive: Array::default(),
+        orm: materials(&|t| t.orm),
+        emissive: materials(&|t| t.emissive),
     };
     map.check()?;
     Ok(map)
@@ -151,6 +155,9 @@ struct Averages {
     depth: f64,
     color: [u8; 4],
     normal: [u8; 2],
+    /// As [`ReliefMap`] has them; 0 where they were not captured.
+    orm: [u8; 4],
+    emissive: [u8; 4],
 }
 
 impl Blocks<'_> {
@@ -181,6 +188,8 @@ impl Blocks<'_> {
             }
             count += 1.0;
         }
+        let kept = seen.iter().filter(|(d, _)| (f64::from(*d) - median).abs() <= wall).map(|(_, p)| *p);
+        let (orm, emissive) = if self.layer.orm.is_empty() { Default::default() } else { self.materials(kept, count) };
         let n = normal.normalize_or(-view.forward);
         let byte = |v: f64| (v * 127.0 + 127.0).round().clamp(0.0, 254.0) as u8;
         let [r, g, b] = color.map(|c| srgb::from_linear(c / count as f32));
@@ -188,6 +197,20 @@ impl Blocks<'_> {
             depth: depth / count,
             color: [r, g, b, 255],
             normal: [byte(n.dot(view.right)), byte(n.dot(view.up))],
+            orm,
+            emissive,
         }
+    }
+
+    /// Means of the material images over `count` pixels.
+    fn materials(&self, pixels: impl Iterator<Item = usize>, count: f64) -> ([u8; 4], [u8; 4]) {
+        let (mut orm, mut light) = ([0.0_f64; 3], [0.0_f32; 3]);
+        for p in pixels {
+            orm.iter_mut().zip(self.layer.orm[p]).for_each(|(sum, v)| *sum += f64::from(v));
+            light.iter_mut().zip(self.layer.emissive[p]).for_each(|(sum, v)| *sum += srgb::to_linear(v));
+        }
+        let [o, r, m] = orm.map(|v| (v / count).round() as u8);
+        let [red, green, blue] = light.map(|v| srgb::from_linear(v / count as f32));
+        ([o, r, m, 255], [red, green, blue, 255])
     }
 }

@@ -24,7 +24,13 @@ impl Size {
             draw_calls += 1;
             meshes.insert(Arc::as_ptr(&part.mesh), bytes(&part.mesh));
             let m = &part.material;
-            let used = [&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emissive_texture];
+            let used = [
+                &m.base_color_texture,
+                &m.metallic_roughness_texture,
+                &m.normal_texture,
+                &m.emissive_texture,
+                &m.occlusion_texture,
+            ];
             for texture in used.into_iter().flatten() {
                 images.insert(Arc::as_ptr(&texture.image), texture.image.texels.len() as u64);
             }

@@ -72,6 +72,10 @@ pub struct Material {
     /// Linear RGB factor.
     pub emissive: [f32; 3],
     pub emissive_texture: Option<Texture>,
+    /// How much of the occlusion that its texture tells counts, 0 to 1.
+    pub occlusion_strength: f32,
+    /// Red: the share of ambient light that arrives.
+    pub occlusion_texture: Option<Texture>,
     pub alpha: Alpha,
     /// False: only the front is there.
     pub double_sided: bool,
@@ -93,6 +97,8 @@ impl Default for Material {
             normal_texture: None,
             emissive: [0.0; 3],
             emissive_texture: None,
+            occlusion_strength: 1.0,
+            occlusion_texture: None,
             alpha: Alpha::Opaque,
             double_sided: true,
             unlit: false,

@@ -32,6 +32,16 @@ pub struct MaterialRow {
     pub alpha: AlphaRow,
     pub double_sided: bool,
     pub unlit: bool,
+    /// Left out where it says nothing, so that rows without occlusion are stored as they were before there was any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub occlusion: Option<OcclusionRow>,
+}
+
+/// A material's occlusion, where it has some.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OcclusionRow {
+    pub strength: f32,
+    pub texture: Option<TextureRow>,
 }
 
 /// [`Alpha`], as stored.
@@ -171,6 +181,11 @@ impl MaterialRow {
             },
             double_sided: material.double_sided,
             unlit: material.unlit,
+            occlusion: {
+                let texture = row(&material.occlusion_texture);
+                let strength = material.occlusion_strength;
+                (texture.is_some() || strength != 1.0).then_some(OcclusionRow { strength, texture })
+            },
         }
     }
 
@@ -198,6 +213,11 @@ impl MaterialRow {
             },
             double_sided: self.double_sided,
             unlit: self.unlit,
+            occlusion_strength: self.occlusion.as_ref().map_or(1.0, |o| o.strength),
+            occlusion_texture: match &self.occlusion {
+                None => None,
+                Some(o) => texture(&o.texture)?,
+            },
         })
     }
 }

@@ -74,6 +74,7 @@ impl<'a> Materials<'a> {
                 pbr.metallic_roughness_texture,
                 m.normal_texture.clone(),
                 m.emissive_texture.clone(),
+                m.occlusion_texture.clone(),
             ]
         };
         let moved = |m: &schema::Material| infos(m).iter().flatten().any(|t| t.extensions.transform.is_some());
@@ -101,6 +102,10 @@ impl<'a> Materials<'a> {
         let normal_texture = texture(&row.normal_texture)
             .map(|t| schema::TextureInfo { scale: (row.normal_scale != 1.0).then_some(row.normal_scale), ..t });
         let emissive_texture = texture(&row.emissive_texture);
+        let occlusion_texture = row.occlusion.as_ref().and_then(|o| {
+            let strength = (o.strength != 1.0).then_some(o.strength.clamp(0.0, 1.0));
+            texture(&o.texture).map(|t| schema::TextureInfo { strength, ..t })
+        });
         let differs = |v: f32| (v != 1.0).then_some(v.clamp(0.0, 1.0));
         let brightest = row.emissive.iter().fold(1.0f32, |m, c| m.max(*c));
         let emissive = row.emissive.map(|c| (c / brightest).clamp(0.0, 1.0));
@@ -122,6 +127,7 @@ impl<'a> Materials<'a> {
             .filter(|p| *p != schema::Pbr::default()),
             normal_texture,
             emissive_texture,
+            occlusion_texture,
             emissive_factor: (emissive != [0.0; 3]).then_some(emissive),
             alpha_mode,
             alpha_cutoff,
@@ -161,7 +167,7 @@ impl<'a> Materials<'a> {
         };
         let transform = Some(transform).filter(|t| *t != schema::TextureTransform::default());
         let extensions = schema::TextureInfoExtensions { transform };
-        schema::TextureInfo { index, tex_coord: t.uv_set as u64, scale: None, extensions }
+        schema::TextureInfo { index, tex_coord: t.uv_set as u64, scale: None, strength: None, extensions }
     }
 }
 
@@ -171,6 +177,7 @@ fn kept(row: &MaterialRow, options: &GlbOptions) -> MaterialRow {
     if options.unlit {
         row.metallic_roughness_texture = None;
         row.emissive_texture = None;
+        row.occlusion = None;
         row.emissive = [0.0; 3];
         if !options.normal_maps {
             row.normal_texture = None;
@@ -181,7 +188,7 @@ fn kept(row: &MaterialRow, options: &GlbOptions) -> MaterialRow {
 
 fn textures(row: &MaterialRow) -> impl Iterator<Item = &TextureRow> {
     let all = [&row.base_color_texture, &row.metallic_roughness_texture, &row.normal_texture, &row.emissive_texture];
-    all.into_iter().flatten()
+    all.into_iter().flatten().chain(row.occlusion.as_ref().and_then(|o| o.texture.as_ref()))
 }
 
 /// Where `item` stands in `all`, appended if it is new. There are few.

@@ -37,6 +37,7 @@ pub(super) fn materials(
             pbr.metallic_roughness_texture,
             m.normal_texture.clone(),
             m.emissive_texture.clone(),
+            m.occlusion_texture.clone(),
         ];
         all.into_iter().flatten().map(|t| t.index)
     };
@@ -170,11 +171,18 @@ fn material(
         normal_texture: use_of(&m.normal_texture)?,
         emissive: m.emissive_factor.unwrap_or_default().map(|c| c * strength),
         emissive_texture: use_of(&m.emissive_texture)?,
+        occlusion_strength: m.occlusion_texture.as_ref().and_then(|t| t.strength).unwrap_or(1.0),
+        occlusion_texture: use_of(&m.occlusion_texture)?,
         alpha,
         double_sided: m.double_sided,
         unlit: m.extensions.unlit.is_some(),
     };
-    let factors = out.base_color.iter().chain(&out.emissive).chain([&out.metallic, &out.roughness, &out.normal_scale]);
+    let factors = out.base_color.iter().chain(&out.emissive).chain([
+        &out.metallic,
+        &out.roughness,
+        &out.normal_scale,
+        &out.occlusion_strength,
+    ]);
     let wild = factors.copied().find(|f| !f.is_finite());
     wild.map_or(Ok(()), |f| Err(bad(format!("a factor is {f}; it must be finite"))))?;
     Ok(out)

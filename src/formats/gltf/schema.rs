@@ -87,6 +87,7 @@ object! { Material {
     pbr_metallic_roughness: Option<Pbr>,
     normal_texture: Option<TextureInfo>,
     emissive_texture: Option<TextureInfo>,
+    occlusion_texture: Option<TextureInfo>,
     emissive_factor: Option<[f32; 3]>,
     alpha_mode: Option<String>,
     alpha_cutoff: Option<f32>,
@@ -138,6 +139,9 @@ pub struct TextureInfo {
     /// Of normal maps only.
     #[serde(default, skip_serializing_if = "no")]
     pub scale: Option<f32>,
+    /// Of an occlusion texture.
+    #[serde(default, skip_serializing_if = "no")]
+    pub strength: Option<f32>,
     #[serde(default, skip_serializing_if = "no")]
     pub extensions: TextureInfoExtensions,
 }

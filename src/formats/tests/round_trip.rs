@@ -28,6 +28,7 @@ fn unlit_keeps_the_base_colour_and_nothing_else() {
     let m = &scene.objects[0].parts[0].material;
     assert!(m.unlit && m.base_color_texture.is_some());
     assert!(m.normal_texture.is_none() && m.emissive_texture.is_none() && m.metallic_roughness_texture.is_none());
+    assert!(m.occlusion_texture.is_none());
     assert_eq!(m.alpha, Alpha::Mask { cutoff: 0.25 });
 }
 

@@ -105,6 +105,31 @@ fn flat_objects_and_single_triangles_have_maps() {
 }
 
 #[test]
+fn materials_of_a_capture_arrive_in_the_map() {
+    let scene = cube();
+    let geometry = Geometry::new(&scene);
+    let view = look_along(scene.corners(), DVec3::ONE, 32, 1.0).unwrap();
+    let shader = Shader::with_finishes(&geometry);
+    let how = Capturing { layers: 1, backs: false };
+    let mut taken = capture(&Cpu, &shader, scene.bounds(), &view, how, &Stop::default()).unwrap();
+    let layer = &mut taken.layers[0];
+    assert_eq!(layer.orm.len(), 32 * 32);
+    // Every second column differs, so that each texel has a mean.
+    let seen: Vec<bool> = layer.depth.iter().map(|d| d.is_finite()).collect();
+    let image = |even: [u8; 4], odd: [u8; 4]| {
+        let pixel = |i: usize| if !seen[i] { [0; 4] } else if i.is_multiple_of(2) { even } else { odd };
+        (0..seen.len()).map(pixel).collect::<Array<[u8; 4]>>()
+    };
+    layer.orm = image([10, 20, 30, 255], [30, 60, 90, 255]);
+    layer.emissive = image([0, 255, 0, 255], [255, 255, 0, 255]);
+    let map = resample(&taken, Resampling { samples: 2, bits: DepthBits::Eight }).unwrap();
+    let inside = 8 * 16 + 8;
+    assert_eq!((map.orm[inside], map.emissive[inside]), ([20, 40, 60, 255], [188, 255, 0, 255]));
+    // Texels without surface have the values of the nearest.
+    assert!(map.orm.iter().all(|t| t[0] >= 10 && t[3] == 255));
+}
+
+#[test]
 fn captures_of_other_shapes_are_refused() {
     let scene = cube();
     let geometry = Geometry::new(&scene);
