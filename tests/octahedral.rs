@@ -45,7 +45,7 @@ fn a_bundle_is_baked_and_certified() {
     let (code, _, text) = bake(folder.path(), "octahedral", &[]);
     assert_eq!(code, 0, "{text}");
     let out = folder.path().join("out/octahedral");
-    for file in ["octahedral.json", "octahedral.glb", "octahedral.wgsl", "color-alpha.png", "normal-depth.png"] {
+    for file in ["octahedral.json", "octahedral.glb", "octahedral.wgsl", "color-alpha.png", "normal-depth.ktx2"] {
         assert!(out.join(file).is_file(), "{file}");
     }
     let c = json(&out.join("certificate.json"));

@@ -9,7 +9,7 @@ use crate::{
     ports,
     runtime::{
         dmesh::BundleFile,
-        octahedral::{self, Drawing},
+        octahedral::{self, Drawing, Textures},
     },
 };
 use schemars::JsonSchema;
@@ -25,11 +25,15 @@ pub struct Params {
     /// Times that a ray is moved by a frame's depth. 0 shows the frames as flat pictures, 1 is what engines' shaders do.
     #[schemars(range(min = 0, max = 64), extend("x-unit" = "steps"))]
     pub steps: u32,
+    /// Writes KTX2 files beside the PNGs, with all mip levels: colours in BC3, normals and depths as they are.
+    pub ktx2: bool,
+    /// Writes the same as DDS files.
+    pub dds: bool,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { steps: Drawing::default().steps }
+        Self { steps: Drawing::default().steps, ktx2: true, dds: false }
     }
 }
 
@@ -65,7 +69,8 @@ impl Node for Octahedral {
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
         ctx.stop.check()?;
         let drawing = Drawing { steps: params.steps };
-        let files = octahedral::write(&inputs.impostor, &drawing).map_err(|e| NodeError::from_error(&e))?;
+        let textures = Textures { ktx2: params.ktx2, dds: params.dds };
+        let files = octahedral::write(&inputs.impostor, &drawing, textures).map_err(|e| NodeError::from_error(&e))?;
         let main = files.first().map(|f| f.path.clone()).unwrap_or_default();
         let file = |f: BundleFile| (f.path, File { media_type: f.media.into(), bytes: f.bytes });
         let files: BTreeMap<String, File> = files.into_iter().map(file).collect();

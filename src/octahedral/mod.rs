@@ -27,7 +27,7 @@ use glam::DVec3;
 pub const TILES: std::ops::RangeInclusive<u32> = 16..=4096;
 
 /// Greatest side of an atlas, texels.
-pub const MAX_ATLAS: u32 = 32768;
+pub const MAX_ATLAS: u32 = 16384;
 
 /// An object as pictures from all directions of a grid.
 #[derive(Clone, Debug, PartialEq)]

@@ -28,7 +28,7 @@ pub struct Manifest {
     pub mapping: String,
     /// Texels along a frame's side.
     pub tile: u32,
-    /// Levels of the atlases that no level mixes frames in, the base included.
+    /// Mip levels of the atlases, the base included: those of the texture files, and how far a renderer may go that makes its own.
     pub levels: u32,
     /// Centre of the windows.
     pub centre: [f64; 3],
@@ -65,6 +65,11 @@ pub struct Atlases {
 pub struct AtlasFiles {
     /// 8-bit RGBA, the base level.
     pub png: String,
+    /// All levels as a texture array of one layer; null where it was not written.
+    #[serde(default)]
+    pub ktx2: Option<String>,
+    #[serde(default)]
+    pub dds: Option<String>,
 }
 
 /// What the numbers of the manifest and the atlases mean.

@@ -27,4 +27,4 @@ pub use model::{Hit, Model};
 pub use read::{Bundle, read};
 pub use shaders::{SHADER, SHADERS};
 pub use stand_in::OctahedralStandIn;
-pub use write::{Drawing, MAX_STEPS, write};
+pub use write::{Drawing, MAX_STEPS, Textures, write};
