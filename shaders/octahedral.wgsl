@@ -160,8 +160,8 @@ fn add(blend: ptr<function, Blend>, point: vec2<f32>, weight: f32, origin: vec3<
     let right = right_of(d);
     let up = cross(d, right);
     let radius = impostor.window.w;
-    let from = origin - impostor.window.xyz;
-    let middle = -dot(from, d) / slope;
+    let start = origin - impostor.window.xyz;
+    let middle = -dot(start, d) / slope;
     // The level whose texels are as large as a sample, and where frames end on it.
     let far = select(1.0, depth + middle, frame.eye.w > 0.0);
     let texels = frame.sample_size * far * f32(impostor.tile) / (2.0 * radius);
@@ -171,7 +171,7 @@ fn add(blend: ptr<function, Blend>, point: vec2<f32>, weight: f32, origin: vec3<
     var uv = vec2<f32>(0.0);
     var atlas = vec2<f32>(0.0);
     for (var i = 0u; i <= impostor.steps; i++) {
-        let p = (from + ray * t) / radius;
+        let p = (start + ray * t) / radius;
         uv = vec2<f32>(dot(p, right) + 1.0, 1.0 - dot(p, up)) * 0.5;
         atlas = (point + clamp(uv, vec2<f32>(edge), vec2<f32>(1.0 - edge))) / f32(impostor.frames);
         let height = textureSampleLevel(normal_atlas, smooth_sampler, atlas, level).a * 2.0 - 1.0;
