@@ -4,7 +4,7 @@
 //! cracks has none after it was cut. Triangles that lie inside keep their vertices.
 
 use super::{Mesh, Object, Part, Scene};
-use crate::{array::Array, math::Aabb};
+use crate::math::Aabb;
 use bytemuck::Pod;
 use glam::{DAffine3, DVec3, DVec4, Vec3};
 use std::{collections::BTreeMap, sync::Arc};
@@ -233,7 +233,7 @@ impl Mix {
         Self { indices, weights, nearest: nearer(nearer(0, 1), 2) }
     }
 
-    fn sum<const N: usize>(&self, values: &Array<[f32; N]>) -> Option<[f64; N]> {
+    fn sum<const N: usize>(&self, values: &[[f32; N]]) -> Option<[f64; N]> {
         if values.is_empty() {
             return None;
         }
@@ -241,18 +241,18 @@ impl Mix {
         Some(std::array::from_fn(|k| (0..3).map(|c| f64::from(corners[c][k]) * self.weights[c]).sum()))
     }
 
-    fn of<const N: usize>(&self, values: &Array<[f32; N]>) -> Option<[f32; N]> {
+    fn of<const N: usize>(&self, values: &[[f32; N]]) -> Option<[f32; N]> {
         self.sum(values).map(|v| v.map(|v| v as f32))
     }
 
     /// Of unit length; opposite vectors give that of the nearest corner.
-    fn unit(&self, values: &Array<[f32; 3]>) -> Option<[f32; 3]> {
+    fn unit(&self, values: &[[f32; 3]]) -> Option<[f32; 3]> {
         let sum = DVec3::from(self.sum(values)?);
         let nearest = values[self.indices[self.nearest] as usize];
         Some(sum.try_normalize().map_or(nearest, |v| v.as_vec3().to_array()))
     }
 
-    fn tangent(&self, values: &Array<[f32; 4]>) -> Option<[f32; 4]> {
+    fn tangent(&self, values: &[[f32; 4]]) -> Option<[f32; 4]> {
         let [x, y, z, _] = self.sum(values)?;
         let nearest = values[self.indices[self.nearest] as usize];
         let Some(unit) = DVec3::new(x, y, z).try_normalize() else { return Some(nearest) };
