@@ -7,7 +7,7 @@ use crate::{
     raster::Geometry,
     relief::{
         ReliefMap, Search, Trace,
-        measure::{Coverage, measure},
+        measure::{Coverage, Original, measure},
     },
     scene::Scene,
     view::directions::geodesic,
@@ -62,6 +62,8 @@ ports! {
     pub struct In {
         /// What the maps stand in for.
         original: Arc<Scene>,
+        /// The scene that it is a part of, for a region of one. What the rest of this hides need not be covered.
+        whole: Option<Arc<Scene>>,
         /// The maps of all directions.
         maps: List<ReliefMap>,
     }
@@ -107,7 +109,13 @@ impl Node for MeasureCoverage {
         let trace = Trace { search, wall: params.wall as f32 };
         let geometry = Geometry::new(&inputs.original);
         let directions = geodesic(params.subdivisions);
-        let coverage = measure(backend(ctx), &geometry, &corners, &maps, directions, params.size, trace, ctx.stop)?;
+        let whole = inputs.whole.as_deref().map(|scene| (Geometry::new(scene), scene.corners().collect::<Vec<_>>()));
+        let original = Original {
+            geometry: &geometry,
+            corners: &corners,
+            whole: whole.as_ref().map(|(geometry, corners)| (geometry, &corners[..])),
+        };
+        let coverage = measure(backend(ctx), original, &maps, directions, params.size, trace, ctx.stop)?;
         Ok(Out { coverage: Arc::new(coverage) })
     }
 }

@@ -90,7 +90,8 @@ impl Node for OriTree {
             let mut mesh = None;
             if children.is_empty() && params.meshes {
                 let scene = region(&name).ok_or_else(|| failed(format!("region `{name}` has no scene")))?;
-                let bytes = write_glb(scene, &GlbOptions::default()).map_err(|e| NodeError::from_error(&e))?;
+                let bytes = write_glb(scene, &GlbOptions { unlit: false, normal_maps: true })
+                    .map_err(|e| NodeError::from_error(&e))?;
                 let path = format!("{name}/mesh.glb");
                 files.insert(path.clone(), File { media_type: "model/gltf-binary".into(), bytes });
                 mesh = Some(path);

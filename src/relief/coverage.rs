@@ -32,6 +32,13 @@ impl Mask {
         }
     }
 
+    /// Drops what `covered` has and `visible` has not.
+    pub fn remove(&mut self, covered: &Self, visible: &Self) {
+        for ((a, c), v) in self.0.iter_mut().zip(&covered.0).zip(&visible.0) {
+            *a &= !(c & !v);
+        }
+    }
+
     pub fn count(&self) -> u64 {
         self.0.iter().map(|w| u64::from(w.count_ones())).sum()
     }

@@ -54,11 +54,41 @@ pub fn viewport(corners: &[DVec3], direction: DVec3, size: u32) -> Option<View> 
     directions::look_along(corners.iter().copied(), direction, size, 0.0)
 }
 
+/// What is measured: a scene, and the scene that it is a part of.
+#[derive(Clone, Copy)]
+pub struct Original<'a> {
+    pub geometry: &'a Geometry,
+    /// Corners of its triangles.
+    pub corners: &'a [DVec3],
+    /// What it is a part of, with the corners of that: what this hides need not be covered, so that the inside of a part that was cut open does not count.
+    pub whole: Option<(&'a Geometry, &'a [DVec3])>,
+}
+
+impl Original<'_> {
+    /// What is covered in a view, and what of it nothing hides.
+    fn masks(&self, backend: &dyn Backend, view: &View, stop: &Stop) -> Result<[Mask; 2], Stopped> {
+        let seen = nearest(backend, self.geometry, view, &Options::default(), stop)?;
+        let covered = Mask::new(seen.triangle.len(), |i| seen.triangle[i] != NOTHING);
+        let Some((whole, corners)) = self.whole else { return Ok([covered.clone(), covered]) };
+        let depth = |p: &DVec3| (*p - view.eye).dot(view.forward);
+        let near = corners.iter().map(depth).fold(view.near, f64::min);
+        let far = corners.iter().map(depth).fold(view.far, f64::max);
+        let slack = (far - near) * HIDES;
+        let wide = View { near: near - slack, far: far + slack, ..*view };
+        let all = nearest(backend, whole, &wide, &Options::default(), stop)?;
+        let visible =
+            Mask::new(seen.depth.len(), |i| covered.covers(i) && f64::from(seen.depth[i] - all.depth[i]) <= slack);
+        Ok([covered, visible])
+    }
+}
+
+/// What lies so much nearer hides a part, as a share of the whole scene's depth.
+const HIDES: f64 = 1e-4;
+
 /// Measures what original and maps cover. Of each direction's maps only the [`POOL`] nearest are drawn.
 pub fn measure(
     backend: &dyn Backend,
-    geometry: &Geometry,
-    corners: &[DVec3],
+    original: Original,
     maps: &[(&str, &ReliefMap)],
     directions: Vec<DVec3>,
     size: u32,
@@ -72,18 +102,22 @@ pub fn measure(
         .map(|direction| {
             stop.check()?;
             let nearest_maps = closest(&towards, *direction, POOL);
-            let Some(view) = viewport(corners, *direction, size) else {
+            let Some(view) = viewport(original.corners, *direction, size) else {
                 let nothing = Mask::empty(size as usize * size as usize);
                 let maps = nearest_maps.iter().map(|m| (*m, nothing.clone())).collect();
                 return Ok(Covered { original: nothing, maps });
             };
-            let seen = nearest(backend, geometry, &view, &Options::default(), stop)?;
-            let original = Mask::new(seen.triangle.len(), |i| seen.triangle[i] != NOTHING);
+            let [covered, visible] = original.masks(backend, &view, stop)?;
             let maps = nearest_maps
                 .into_iter()
-                .map(|m| Ok((m, coverage::of_map(&fields[m as usize], &view, &trace, stop)?)))
+                .map(|m| {
+                    let mut mask = coverage::of_map(&fields[m as usize], &view, &trace, stop)?;
+                    // What is hidden is neither missing nor extra.
+                    mask.remove(&covered, &visible);
+                    Ok((m, mask))
+                })
                 .collect::<Result<_, Stopped>>()?;
-            Ok(Covered { original, maps })
+            Ok(Covered { original: visible, maps })
         })
         .collect::<Result<_, Stopped>>()?;
     let maps = maps.iter().zip(towards).map(|((name, _), t)| ((*name).to_owned(), t)).collect();

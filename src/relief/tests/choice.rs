@@ -5,7 +5,7 @@ use crate::{
     relief::{
         DepthBits, ReliefMap, Trace,
         coverage::Mask,
-        measure::measure,
+        measure::{Original, measure},
         select::{Choice, Covered, POOL, choose, closest, projected_length_threshold},
     },
     scene::builtin,
@@ -84,10 +84,11 @@ fn measured_once_and_chosen_often() {
     let scene = builtin::make("solids", 1).unwrap();
     let geometry = Geometry::new(&scene);
     let corners: Vec<DVec3> = scene.corners().collect();
+    let original = Original { geometry: &geometry, corners: &corners, whole: None };
     let maps: Vec<ReliefMap> = icosahedron().iter().map(|d| map(&scene, *d, 64, 2, DepthBits::Eight)).collect();
     let named: Vec<(&str, &ReliefMap)> = maps.iter().map(|m| ("map", m)).collect();
     let stop = Stop::default();
-    let coverage = measure(&Cpu, &geometry, &corners, &named, geodesic(1), 64, Trace::default(), &stop).unwrap();
+    let coverage = measure(&Cpu, original, &named, geodesic(1), 64, Trace::default(), &stop).unwrap();
     let tight = coverage.select(Choice::Best { goal: 0.001, neighbours: 0 });
     let loose = coverage.select(Choice::Best { goal: 0.02, neighbours: 0 });
     let all = coverage.select(Choice::Closest(6));
@@ -107,10 +108,10 @@ fn a_sphere_needs_few_maps_and_few_pixels_too_many() {
     let scene = sphere(4);
     let geometry = Geometry::new(&scene);
     let corners: Vec<DVec3> = scene.corners().collect();
+    let original = Original { geometry: &geometry, corners: &corners, whole: None };
     let maps: Vec<ReliefMap> = icosahedron().iter().map(|d| map(&scene, *d, 64, 2, DepthBits::Eight)).collect();
     let named: Vec<(&str, &ReliefMap)> = maps.iter().map(|m| ("map", m)).collect();
-    let coverage =
-        measure(&Cpu, &geometry, &corners, &named, geodesic(1), 64, Trace::default(), &Stop::default()).unwrap();
+    let coverage = measure(&Cpu, original, &named, geodesic(1), 64, Trace::default(), &Stop::default()).unwrap();
     let selection = coverage.select(Choice::Best { goal: 0.01, neighbours: 0 });
     assert!(selection.maps_per_frame().0 < 3.5, "{:?}", selection.maps_per_frame());
     assert!(
@@ -119,4 +120,30 @@ fn a_sphere_needs_few_maps_and_few_pixels_too_many() {
         selection.missing(),
         selection.extra()
     );
+}
+
+/// Half of a box that was cut open shows its inside to nobody who sees the whole box.
+#[test]
+fn what_the_whole_scene_hides_need_not_be_covered() {
+    let whole = super::cube();
+    let mut half = whole.clone();
+    let mesh = half.objects[0].parts[0].mesh.clone();
+    // Without the face x = 1, and seen from both sides.
+    let kept: Vec<[u32; 3]> =
+        mesh.triangles.iter().copied().filter(|t| t.iter().any(|i| mesh.positions[*i as usize][0] < 0.0)).collect();
+    let half_mesh = crate::scene::Mesh { triangles: kept.into(), ..(*mesh).clone() };
+    half.objects[0].parts[0].mesh = std::sync::Arc::new(half_mesh);
+    let half = half.with_both_sides();
+    let (part, all) = (Geometry::new(&half), Geometry::new(&whole));
+    let (corners, around): (Vec<DVec3>, Vec<DVec3>) = (half.corners().collect(), whole.corners().collect());
+    let map = map(&half, DVec3::NEG_X, 32, 1, DepthBits::Eight);
+    let run = |whole| {
+        let original = Original { geometry: &part, corners: &corners, whole };
+        let maps = [("map", &map)];
+        measure(&Cpu, original, &maps, vec![DVec3::X], 32, Trace::default(), &Stop::default()).unwrap()
+    };
+    assert_eq!(run(None).covered[0].original.count(), 32 * 32);
+    let hidden = run(Some((&all, &around)));
+    assert_eq!(hidden.covered[0].original.count(), 0);
+    assert_eq!(hidden.select(Choice::Closest(1)).extra().max, 0.0);
 }

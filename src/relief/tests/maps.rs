@@ -117,7 +117,15 @@ fn materials_of_a_capture_arrive_in_the_map() {
     // Every second column differs, so that each texel has a mean.
     let seen: Vec<bool> = layer.depth.iter().map(|d| d.is_finite()).collect();
     let image = |even: [u8; 4], odd: [u8; 4]| {
-        let pixel = |i: usize| if !seen[i] { [0; 4] } else if i.is_multiple_of(2) { even } else { odd };
+        let pixel = |i: usize| {
+            if !seen[i] {
+                [0; 4]
+            } else if i.is_multiple_of(2) {
+                even
+            } else {
+                odd
+            }
+        };
         (0..seen.len()).map(pixel).collect::<Array<[u8; 4]>>()
     };
     layer.orm = image([10, 20, 30, 255], [30, 60, 90, 255]);

@@ -29,7 +29,8 @@ pub(crate) fn impostor(scene: &Scene, side: u32, bits: DepthBits, drawing: Drawi
     let named: Vec<(&str, &ReliefMap)> = maps.iter().map(|(n, m)| (&**n, m)).collect();
     let directions = directions::geodesic(1);
     let trace = Trace { wall: drawing.trace.wall, ..Trace::default() };
-    let coverage = measure::measure(&Cpu, &geometry, &corners, &named, directions, 64, trace, &stop).unwrap();
+    let original = measure::Original { geometry: &geometry, corners: &corners, whole: None };
+    let coverage = measure::measure(&Cpu, original, &named, directions, 64, trace, &stop).unwrap();
     let selection = coverage.select(Choice::Best { goal: 0.002, neighbours: 0 });
     let ori = Ori {
         directions: selection.directions.clone(),
