@@ -1,5 +1,6 @@
 use super::{cube, map, scene, sphere};
 use crate::{
+    array::Array,
     capture::{Capturing, capture},
     math::{Sequence, Stop},
     raster::{Cpu, Geometry, Shader},
