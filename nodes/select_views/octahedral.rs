@@ -117,12 +117,8 @@ mod tests {
                 assert!(!hemi || view.forward.y <= 0.0);
                 let inside = |p: &DVec3| {
                     let (x, y, z) = view.project(*p);
-                    x >= 2.0 - 1e-6
-                        && x <= 510.0 + 1e-6
-                        && y >= 2.0 - 1e-6
-                        && y <= 510.0 + 1e-6
-                        && z > 0.0
-                        && z < view.far
+                    let frame = 2.0 - 1e-6..=510.0 + 1e-6;
+                    frame.contains(&x) && frame.contains(&y) && z > 0.0 && z < view.far
                 };
                 assert!(points.iter().all(inside));
             }

@@ -58,7 +58,6 @@ fn dressed(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
         colors: positions.iter().map(|p| [p[0] * 0.1 + 0.5, p[1] * 0.1 + 0.5, 0.5, 1.0]).collect(),
         positions: positions.into(),
         triangles: triangles.into(),
-        ..Mesh::default()
     }
 }
 

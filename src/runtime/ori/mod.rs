@@ -12,6 +12,8 @@ mod read;
 pub(crate) mod sample;
 mod shaders;
 mod stand_in;
+#[cfg(test)]
+mod tests;
 mod tree;
 mod write;
 
