@@ -43,7 +43,7 @@ pub struct Params {
 impl Default for Params {
     fn default() -> Self {
         let Pictures { resolution, samples, margin } = Pictures::DEFAULT;
-        Self { n: 20, ids: 512, resolution, samples, margin }
+        Self { n: 20, ids: 256, resolution, samples, margin }
     }
 }
 

@@ -47,7 +47,7 @@ pub struct Params {
 impl Default for Params {
     fn default() -> Self {
         let Pictures { resolution, samples, margin } = Pictures::DEFAULT;
-        Self { reach: 4.0, stability: 10.0, ids: 512, resolution, samples, margin }
+        Self { reach: 4.0, stability: 10.0, ids: 256, resolution, samples, margin }
     }
 }
 

@@ -65,9 +65,9 @@ fn moved_directions_score_as_the_definition_says_and_no_worse_than_regular_ones(
                     (-2_i32..=2).flat_map(|q| (-2_i32..=2).map(move |r| [q, r])).filter(|[q, r]| (q + r).abs() <= 2);
                 let all: Vec<f64> = places.map(|p| literal_score(probe, *d, p, stability)).collect();
                 assert_eq!(all.len(), 19);
-                assert!((literal_score(probe, *d, [0, 0], stability) - m.scores[0]).abs() < 1e-5);
+                assert!((literal_score(probe, *d, [0, 0], stability) - m.scores[0]).abs() < 2e-3);
                 let best = all.iter().copied().fold(f64::MIN, f64::max);
-                assert!(m.scores[1] <= best + 1e-5 && all.iter().any(|s| (s - m.scores[1]).abs() < 1e-5));
+                assert!(m.scores[1] <= best + 2e-3 && all.iter().any(|s| (s - m.scores[1]).abs() < 2e-3));
             }
         });
     }
@@ -90,9 +90,8 @@ fn two_greedy_directions_show_the_whole_cube() {
         assert_eq!((found.seen, found.chosen.len(), found.blank.len()), (12, 2, 0));
         // More than there is to see: all count again, and no direction is taken twice.
         let mut many = greedy(probe, &directions::geodesic(1), 100, &Stop::default()).unwrap().chosen;
-        assert_eq!((many[..2].len(), many.len()), (2, 80));
         many.sort();
-        assert!(many.iter().enumerate().all(|(i, c)| i == *c));
+        assert_eq!(many, (0..80).collect::<Vec<_>>());
     });
 }
 

@@ -20,7 +20,7 @@ const SMALL: f32 = 16.0;
 /// Faces that are turned less towards the eye, as the cosine of the angle between their normal and it, are seen edge-on: not at all.
 const EDGE_ON: f32 = 1e-4;
 
-/// How far a centroid may lie behind the plane of the face that its pixel shows and still count as seen, pixels.
+/// How far a centroid may lie behind the plane of the face that its pixel shows and still count as seen, where both turn the same side to the eye, pixels.
 const BEHIND: f32 = 0.5;
 
 /// What a direction of view shows.
@@ -131,7 +131,12 @@ impl<'a> Probe<'a> {
             let at = |v: f32| (((v + 1.0) / pixel) as u32).min(self.ids - 1) as usize;
             match shown[at(y) * self.ids as usize + at(x)] {
                 NOTHING => false,
-                front => self.faces[front as usize].hides(face.centroid, towards, BEHIND * pixel),
+                front => {
+                    let front = &self.faces[front as usize];
+                    // Beside a silhouette the far side of a solid is no neighbour of what its pixel shows.
+                    let same_side = (front.normal.dot(towards) < 0.0) == (face.normal.dot(towards) < 0.0);
+                    front.hides(face.centroid, towards, if same_side { BEHIND * pixel } else { 0.0 })
+                }
             }
         };
         let mut seen = Vec::new();
@@ -171,12 +176,13 @@ fn faces(geometry: &Geometry, centre: DVec3, radius: f64) -> Vec<Face> {
         let masked = matches!(draw.cutout, Cutout::Masked(_));
         for local in 0..draw.mesh.triangles.len() as u32 {
             let number = draw.first + local;
-            let [a, b, c] = geometry.positions(number).map(|p| ((p - centre) / radius).as_vec3());
+            let [a, b, c] = geometry.positions(number).map(|p| (p - centre) / radius);
             // What is never drawn has no area.
-            let normal = if draw.cutout == Cutout::Hidden { Vec3::ZERO } else { (b - a).cross(c - a) * 0.5 };
+            let normal = if draw.cutout == Cutout::Hidden { DVec3::ZERO } else { (b - a).cross(c - a) * 0.5 };
+            let (normal, centroid) = (normal.as_vec3(), ((a + b + c) / 3.0).as_vec3());
             let solid = !masked || holes.solid_at(number, [1.0 / 3.0; 3]);
             let edge_on = normal.length() * EDGE_ON;
-            faces.push(Face { centroid: (a + b + c) / 3.0, normal, edge_on, both: draw.material.double_sided, solid });
+            faces.push(Face { centroid, normal, edge_on, both: draw.material.double_sided, solid });
         }
     }
     faces
