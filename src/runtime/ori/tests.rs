@@ -121,11 +121,9 @@ proptest! {
         let bytes = files.0.get_mut(name).unwrap();
         let at = at.index(bytes.len());
         if cut { bytes.truncate(at) } else { bytes[at] = byte }
-        if let Ok(bundle) = read(Path::new(""), &files) {
-            if let Ok(model) = Model::new(bundle.ori) {
-                let view = View::look_at(DVec3::new(3.0, 2.0, 4.0), DVec3::ZERO, DVec3::Y, 0.7, 8, 8, 0.1, 20.0);
-                let _ = draw(&model, &view, &Rendering::default(), &Stop::default());
-            }
+        if let Ok(Ok(model)) = read(Path::new(""), &files).map(|bundle| Model::new(bundle.ori)) {
+            let view = View::look_at(DVec3::new(3.0, 2.0, 4.0), DVec3::ZERO, DVec3::Y, 0.7, 8, 8, 0.1, 20.0);
+            let _ = draw(&model, &view, &Rendering::default(), &Stop::default());
         }
     }
 }
