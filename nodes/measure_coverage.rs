@@ -12,7 +12,6 @@ use crate::{
     scene::Scene,
     view::directions::geodesic,
 };
-use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -98,7 +97,7 @@ impl Node for MeasureCoverage {
         if maps.is_empty() {
             return Err(NodeError::Failed("there is no relief map: no direction was selected".into()));
         }
-        let corners: Vec<DVec3> = inputs.original.corners().collect();
+        let corners = inputs.original.points();
         if corners.is_empty() {
             return Err(NodeError::Failed("the scene is empty: there is nothing to cover".into()));
         }
@@ -109,7 +108,7 @@ impl Node for MeasureCoverage {
         let trace = Trace { search, wall: params.wall as f32 };
         let geometry = Geometry::new(&inputs.original);
         let directions = geodesic(params.subdivisions);
-        let whole = inputs.whole.as_deref().map(|scene| (Geometry::new(scene), scene.corners().collect::<Vec<_>>()));
+        let whole = inputs.whole.as_deref().map(|scene| (Geometry::new(scene), scene.points()));
         let original = Original {
             geometry: &geometry,
             corners: &corners,

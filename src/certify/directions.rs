@@ -78,7 +78,7 @@ pub fn measure(
 ) -> Result<Vec<Seen>, Stopped> {
     let geometry = Geometry::new(original);
     let drawn = SceneStandIn::new(original, &geometry);
-    let corners: Vec<DVec3> = original.corners().collect();
+    let corners = original.points();
     let done = AtomicU64::new(0);
     directions
         .par_iter()
@@ -101,7 +101,7 @@ pub fn sheet(
 ) -> Result<Option<Sheet>, Stopped> {
     let geometry = Geometry::new(original);
     let drawn = SceneStandIn::new(original, &geometry);
-    let corners: Vec<DVec3> = original.corners().collect();
+    let corners = original.points();
     let shots = Shots::take(&drawn, stand_in, &corners, direction, look, context)?;
     Ok(shots.map(|s| s.sheet()))
 }

@@ -170,18 +170,6 @@ impl Object {
 }
 
 impl Scene {
-    /// The corners of all triangles, world space, metres.
-    pub fn corners(&self) -> impl Iterator<Item = DVec3> {
-        self.objects.iter().flat_map(|object| {
-            let transform = object.transform.as_dmat4();
-            object.parts.iter().flat_map(move |part| {
-                let corners = part.mesh.triangles.iter().flatten();
-                corners
-                    .map(move |i| transform.transform_point3(Vec3::from(part.mesh.positions[*i as usize]).as_dvec3()))
-            })
-        })
-    }
-
     pub fn bounds(&self) -> Aabb {
         self.objects.iter().fold(Aabb::EMPTY, |b, o| b.union(o.bounds()))
     }

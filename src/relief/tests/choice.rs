@@ -83,7 +83,7 @@ fn the_threshold_is_that_of_the_paper() {
 fn measured_once_and_chosen_often() {
     let scene = builtin::make("solids", 1).unwrap();
     let geometry = Geometry::new(&scene);
-    let corners: Vec<DVec3> = scene.corners().collect();
+    let corners = scene.points();
     let original = Original { geometry: &geometry, corners: &corners, whole: None };
     let maps: Vec<ReliefMap> = icosahedron().iter().map(|d| map(&scene, *d, 64, 2, DepthBits::Eight)).collect();
     let named: Vec<(&str, &ReliefMap)> = maps.iter().map(|m| ("map", m)).collect();
@@ -107,7 +107,7 @@ fn measured_once_and_chosen_often() {
 fn a_sphere_needs_few_maps_and_few_pixels_too_many() {
     let scene = sphere(4);
     let geometry = Geometry::new(&scene);
-    let corners: Vec<DVec3> = scene.corners().collect();
+    let corners = scene.points();
     let original = Original { geometry: &geometry, corners: &corners, whole: None };
     let maps: Vec<ReliefMap> = icosahedron().iter().map(|d| map(&scene, *d, 64, 2, DepthBits::Eight)).collect();
     let named: Vec<(&str, &ReliefMap)> = maps.iter().map(|m| ("map", m)).collect();
@@ -135,7 +135,7 @@ fn what_the_whole_scene_hides_need_not_be_covered() {
     half.objects[0].parts[0].mesh = std::sync::Arc::new(half_mesh);
     let half = half.with_both_sides();
     let (part, all) = (Geometry::new(&half), Geometry::new(&whole));
-    let (corners, around): (Vec<DVec3>, Vec<DVec3>) = (half.corners().collect(), whole.corners().collect());
+    let (corners, around) = (half.points(), whole.points());
     let map = map(&half, DVec3::NEG_X, 32, 1, DepthBits::Eight);
     let run = |whole| {
         let original = Original { geometry: &part, corners: &corners, whole };

@@ -72,7 +72,7 @@ fn outlines_are_kept_between_texels() {
         let x = k as f32 / 12.0 * 0.2;
         let cut = edge(x);
         let geometry = Geometry::new(&cut);
-        let view = look_along(whole.corners(), DVec3::Z, 16 * 8, 8.0).unwrap();
+        let view = look_along(whole.points().into_iter(), DVec3::Z, 16 * 8, 8.0).unwrap();
         let taken = capture(
             &Cpu,
             &Shader::new(&geometry),
@@ -109,7 +109,7 @@ fn flat_objects_and_single_triangles_have_maps() {
 fn materials_of_a_capture_arrive_in_the_map() {
     let scene = cube();
     let geometry = Geometry::new(&scene);
-    let view = look_along(scene.corners(), DVec3::ONE, 32, 1.0).unwrap();
+    let view = look_along(scene.points().into_iter(), DVec3::ONE, 32, 1.0).unwrap();
     let shader = Shader::with_finishes(&geometry);
     let how = Capturing { layers: 1, backs: false };
     let mut taken = capture(&Cpu, &shader, scene.bounds(), &view, how, &Stop::default()).unwrap();
@@ -153,7 +153,7 @@ fn captures_of_other_shapes_are_refused() {
         )
         .unwrap()
     };
-    let flat = look_along(scene.corners(), DVec3::Z, 30, 1.0).unwrap();
+    let flat = look_along(scene.points().into_iter(), DVec3::Z, 30, 1.0).unwrap();
     for (view, samples) in [
         (View { width: 28, ..flat }, 2),
         (flat, 4),

@@ -65,7 +65,7 @@ pub fn cube() -> Scene {
 pub fn map(scene: &Scene, direction: DVec3, side: u32, samples: u32, bits: DepthBits) -> ReliefMap {
     let geometry = Geometry::new(scene);
     let shader = Shader::new(&geometry);
-    let view = look_along(scene.corners(), direction, side * samples, f64::from(samples)).unwrap();
+    let view = look_along(scene.points().into_iter(), direction, side * samples, f64::from(samples)).unwrap();
     let how = Capturing { layers: 1, backs: false };
     let capture = capture(&Cpu, &shader, scene.bounds(), &view, how, &Stop::default()).unwrap();
     resample(&capture, Resampling { samples, bits }).unwrap()

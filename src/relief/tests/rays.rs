@@ -66,7 +66,8 @@ fn the_pyramid_finds_what_small_steps_find() {
         let map = map(&scene, sphere.eye(sequence.point(m)), 48, 2, DepthBits::Sixteen);
         let field = Field::new(&map, 4.0);
         for v in 0..4 {
-            let view = look_along(scene.corners(), sphere.eye(sequence.point(50 + 7 * m + v)), 40, 0.0).unwrap();
+            let view =
+                look_along(scene.points().into_iter(), sphere.eye(sequence.point(50 + 7 * m + v)), 40, 0.0).unwrap();
             if view.forward.dot(map.view.forward) < 0.2 {
                 continue;
             }
@@ -100,7 +101,7 @@ fn cells_cover_what_rays_cover() {
     ] {
         let map = map(&scene, a.normalize(), 64, 2, DepthBits::Eight);
         let field = Field::new(&map, 4.0);
-        let view = look_along(scene.corners(), b.normalize(), 96, 0.0).unwrap();
+        let view = look_along(scene.points().into_iter(), b.normalize(), 96, 0.0).unwrap();
         let stop = Stop::default();
         let cells = coverage::of_map(&field, &view, &Trace::default(), &stop).unwrap();
         let rays = Mask::new(96 * 96, |i| {
@@ -124,7 +125,7 @@ fn a_map_covers_what_its_own_view_shows() {
         let field = Field::new(&map, 4.0);
         let geometry = Geometry::new(&scene);
         // The map's own view keeps only what lies in the range of its depths.
-        let view = look_along(scene.corners(), direction.normalize(), 64, 1.0).unwrap();
+        let view = look_along(scene.points().into_iter(), direction.normalize(), 64, 1.0).unwrap();
         let stop = Stop::default();
         let seen = nearest(&Cpu, &geometry, &view, &Options::default(), &stop).unwrap();
         let original = Mask::new(64 * 64, |i| seen.triangle[i] != NOTHING);

@@ -15,7 +15,7 @@ use glam::DVec3;
 pub(crate) fn impostor(scene: &Scene, side: u32, bits: DepthBits, drawing: Drawing, glows: bool) -> Model {
     let (geometry, stop) = (Geometry::new(scene), Stop::default());
     let shader = Shader::new(&geometry);
-    let corners: Vec<DVec3> = scene.corners().collect();
+    let corners = scene.points();
     let map = |(i, d): (usize, DVec3)| {
         let view = directions::look_along(corners.iter().copied(), d, side * 2, 4.0).unwrap();
         let seen = capture(&Cpu, &shader, scene.bounds(), &view, Capturing { layers: 1, backs: false }, &stop).unwrap();
