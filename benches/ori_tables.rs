@@ -35,7 +35,7 @@ fn maps(scene: &Scene, points: &[DVec3], directions: &[DVec3], stop: &Stop) -> V
     let shader = Shader::new(&geometry);
     let map = |d: &DVec3| {
         let view = look_along(points.iter().copied(), *d, SIDE * SAMPLES, f64::from(SAMPLES)).expect("points");
-        let how = Capturing { layers: 1, backs: false, materials: false };
+        let how = Capturing { layers: 1, backs: false };
         let seen = capture(&Cpu, &shader, scene.bounds(), &view, how, stop).expect("no stop");
         resample(&seen, Resampling { samples: SAMPLES, bits: DepthBits::Eight }).expect("a square capture")
     };

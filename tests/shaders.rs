@@ -1,7 +1,7 @@
 //! The translations of shaders that ship are those that naga makes of them today. `FARFIELD_TRANSLATE=1` writes them anew.
 
 use farfield::{
-    runtime::{dmesh, octahedral},
+    runtime::{dmesh, octahedral, ori},
     sprite,
 };
 use naga::{ShaderStage, back, front::wgsl, valid};
@@ -14,7 +14,7 @@ struct Source {
     glsl: &'static [(&'static str, ShaderStage, &'static str)],
 }
 
-fn sources() -> [Source; 3] {
+fn sources() -> [Source; 4] {
     use ShaderStage::{Compute, Fragment, Vertex};
     [
         Source {
@@ -38,6 +38,11 @@ fn sources() -> [Source; 3] {
             name: "octahedral",
             wgsl: octahedral::SHADER.into(),
             glsl: &[("octahedral.vert", Vertex, "card_vertex"), ("octahedral.frag", Fragment, "card_fragment")],
+        },
+        Source {
+            name: "ori",
+            wgsl: ori::SHADER.into(),
+            glsl: &[("ori.vert", Vertex, "box_vertex"), ("ori.frag", Fragment, "ori_fragment")],
         },
     ]
 }

@@ -2,6 +2,7 @@
 
 use super::{
     device::{Buffer, Device, GpuError},
+    ori_pipeline::Pipeline,
     passes::Passes,
     work::{Frame, Item, Work},
 };
@@ -17,6 +18,7 @@ pub struct Machine {
     /// Made when it is first wanted.
     classify: OnceCell<(wgpu::BindGroupLayout, wgpu::ComputePipeline)>,
     pub(super) dmesh: OnceCell<Passes>,
+    pub(super) ori: OnceCell<Pipeline>,
 }
 
 /// One operation's entry points.
@@ -69,7 +71,15 @@ impl Machine {
         let layout = layout_of(d, &[Kind::Uniform, Kind::Read, Kind::Read, Kind::Write, Kind::Write, Kind::Write]);
         let (nearest, fragments) = (Pipelines::new(d, &layout, NEAREST), Pipelines::new(d, &layout, FRAGMENTS));
         device.check()?;
-        Ok(Self { layout, nearest, fragments, classify: OnceCell::new(), dmesh: OnceCell::new(), device })
+        Ok(Self {
+            layout,
+            nearest,
+            fragments,
+            classify: OnceCell::new(),
+            dmesh: OnceCell::new(),
+            ori: OnceCell::new(),
+            device,
+        })
     }
 
     /// For every pixel the least and the greatest number among the triangles that may be the nearest, biased so that

@@ -17,8 +17,13 @@ mod machine;
 mod octahedral;
 #[cfg(test)]
 mod octahedral_tests;
+mod ori;
+mod ori_pipeline;
+#[cfg(test)]
+mod ori_tests;
 mod passes;
 mod raster;
+mod samples;
 mod sprite;
 #[cfg(test)]
 mod tests;
@@ -26,4 +31,5 @@ mod work;
 
 pub use device::{AdapterInfo, GpuError, Wanted, adapters};
 pub use dmesh::{DrawnByGpu, LoadedDmesh};
+pub use ori::LoadedOri;
 pub use raster::Gpu;

@@ -7,10 +7,10 @@ use super::{
     device::{Device, GpuError},
     dmesh,
     machine::Machine,
+    samples::{DEPTH, PICTURE, begin, resolve, target},
 };
 use crate::{
     array::Array,
-    image::{Picture, srgb},
     math::Stop,
     octahedral::Atlas,
     raster::{Rendering, Shading},
@@ -52,9 +52,6 @@ pub struct Impostor {
     pub padding: u32,
 }
 
-const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
-const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-
 impl Gpu {
     /// Draws a view of an impostor: what its stand-in draws, but each sample is rounded to 8 bits before pixels take their mean.
     ///
@@ -78,7 +75,7 @@ impl Gpu {
         }
         let (view, how, stop) = (*view, *how, stop.clone());
         let (colors, depths) = self.call(move |machine| draw(machine, &model, &view, &how, &stop))?;
-        Ok(resolve(&view, &how, &colors, &depths))
+        Ok(resolve(&view, how.samples_per_axis, how.background, &colors, &depths))
     }
 }
 
@@ -129,24 +126,7 @@ fn draw(
     let (picture, depth) = (target(d, PICTURE, size), target(d, DEPTH, size));
     let mut encoder = d.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     {
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: None,
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &picture.create_view(&wgpu::TextureViewDescriptor::default()),
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &depth.create_view(&wgpu::TextureViewDescriptor::default()),
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
-                stencil_ops: None,
-            }),
-            ..wgpu::RenderPassDescriptor::default()
-        });
+        let mut pass = begin(&mut encoder, &picture, &depth);
         pass.set_pipeline(&pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..3 * (corners - 2), 0..1);
@@ -227,19 +207,6 @@ fn pipeline(d: &wgpu::Device) -> wgpu::RenderPipeline {
     })
 }
 
-fn target(d: &wgpu::Device, format: wgpu::TextureFormat, [width, height]: [u32; 2]) -> wgpu::Texture {
-    d.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    })
-}
-
 /// An image of all levels; one texel where there is none.
 fn atlas(
     device: &Device,
@@ -266,35 +233,4 @@ fn atlas(
         device.queue.write_texture(target, bytemuck::cast_slice(texels), layout, size);
     }
     texture.create_view(&wgpu::TextureViewDescriptor::default())
-}
-
-/// Pixels as means of their samples over the background, and the planar depth of their centre's sample.
-fn resolve(view: &View, how: &Rendering, colors: &[u32], depths: &[u32]) -> DrawnByGpu {
-    let n = how.samples_per_axis as usize;
-    let width = view.width as usize * n;
-    let (near, far) = (view.near, view.far);
-    let planar = |stored: u32| {
-        let z = f64::from(f32::from_bits(stored));
-        let depth = match view.projection {
-            Projection::Perspective { .. } => near * far / (z * (far - near) + near),
-            Projection::Orthographic { .. } => far - z * (far - near),
-        };
-        if z > 0.0 { depth as f32 } else { f32::INFINITY }
-    };
-    let (mut texels, mut depth) = (Vec::new(), Vec::new());
-    for y in 0..view.height as usize {
-        for x in 0..view.width as usize {
-            let mut sum = [0.0; 3];
-            for k in 0..n * n {
-                let [r, g, b, a] = colors[(y * n + k / n) * width + x * n + k % n].to_le_bytes();
-                let seen = [r, g, b].map(srgb::to_linear);
-                let seen = if a > 0 { seen } else { how.background };
-                (0..3).for_each(|c| sum[c] += seen[c] / (n * n) as f32);
-            }
-            let [r, g, b] = sum.map(srgb::from_linear);
-            texels.push([r, g, b, 255]);
-            depth.push(planar(depths[(y * n + n / 2) * width + x * n + n / 2]));
-        }
-    }
-    DrawnByGpu { picture: Picture { width: view.width, height: view.height, texels }, depth }
 }

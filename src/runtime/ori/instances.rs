@@ -227,3 +227,102 @@ impl Scope for Crowd<'_> {
         self.placed[seen.placed].eye().color(&seen.seen, how)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        super::{
+            draw,
+            sample::{impostor, usual},
+        },
+        *,
+    };
+    use crate::{relief::DepthBits, scene::builtin};
+
+    fn models() -> [Model; 2] {
+        ["solids", "car"].map(|name| impostor(&builtin::make(name, 1).unwrap(), 48, DepthBits::Eight, usual(), false))
+    }
+
+    fn view() -> View {
+        View::look_at(DVec3::new(2.0, 4.0, 8.0), DVec3::new(0.0, 0.0, -2.0), DVec3::Y, 0.9, 90, 70, 0.1, 40.0)
+    }
+
+    fn orthographic() -> View {
+        View { projection: Projection::Orthographic { left: -5.0, right: 5.0, bottom: -4.0, top: 4.0 }, ..view() }
+    }
+
+    fn crowd() -> Vec<Instance> {
+        let instance = |i: u32| Instance {
+            model: i % 3,
+            rotation: DQuat::from_rotation_y(f64::from(i) * 1.7) * DQuat::from_rotation_z(0.2),
+            scale: 0.5 + 0.2 * f64::from(i % 4),
+            translation: DVec3::new(f64::from(i % 4) * 2.2 - 3.0, 0.0, f64::from(i / 4) * -2.5 + 6.0),
+        };
+        (0..16).map(instance).collect()
+    }
+
+    #[test]
+    fn one_instance_is_the_impostor_itself() {
+        let [_, model] = models();
+        for view in [view(), orthographic()] {
+            let how = Rendering::default().with_samples(2);
+            let alone = draw(&model, &view, &how, &Stop::default()).unwrap();
+            let placed = draw_instances(&[&model], &[Instance::default()], &view, &how, &Stop::default()).unwrap();
+            assert!(alone.depth.iter().any(|z| z.is_finite()));
+            assert_eq!((alone.picture, alone.depth), (placed.picture, placed.depth));
+        }
+    }
+
+    /// Tiles and order leave nothing out: the same as the nearest of all instances drawn one by one.
+    #[test]
+    fn the_nearest_of_all_instances_is_seen() {
+        let models = models();
+        let (models, instances) = ([&models[0], &models[1]], crowd());
+        let how = Rendering::default().with_samples(1);
+        // One looks from between the instances.
+        let among =
+            View { eye: DVec3::new(0.5, 0.4, 2.0), forward: -DVec3::Z, right: DVec3::X, up: DVec3::Y, ..view() };
+        for view in [view(), orthographic(), among] {
+            let all = draw_instances(&models, &instances, &view, &how, &Stop::default()).unwrap();
+            let mut nearest = vec![(f32::INFINITY, NOTHING); all.depth.len()];
+            for (i, instance) in (0..).zip(&instances) {
+                // There are two models; instances of a third are not drawn.
+                let Some(model) = models.get(instance.model as usize) else { continue };
+                let alone = draw(model, &instance.view(&view), &how, &Stop::default()).unwrap();
+                for (near, z) in nearest.iter_mut().zip(&alone.depth) {
+                    let z = (f64::from(*z) * instance.scale) as f32;
+                    if z < near.0 {
+                        *near = (z, i);
+                    }
+                }
+            }
+            let seen = all.instance.iter().filter(|i| **i != NOTHING).count();
+            let kinds: std::collections::BTreeSet<u32> = all.instance.iter().copied().collect();
+            assert!(seen > 1000 && kinds.len() > 6, "{seen} pixels of {} instances", kinds.len());
+            for (i, (z, number)) in nearest.into_iter().enumerate() {
+                assert!((z - all.depth[i]).abs() <= 1e-5 * z || z == all.depth[i], "{z} {}", all.depth[i]);
+                assert_eq!(number, all.instance[i]);
+            }
+        }
+    }
+
+    #[test]
+    fn turned_instances_are_lit_as_they_stand() {
+        let [model, _] = models();
+        let place = Instance { rotation: DQuat::from_rotation_z(std::f64::consts::PI), ..Instance::default() };
+        let bounds = model.reach();
+        // From above: what is turned upside down gets its light on the other side.
+        let eye = place.point(bounds.centre()) + DVec3::new(0.1, 6.0, 0.2);
+        let view = View::look_at(eye, place.point(bounds.centre()), DVec3::Y, 0.8, 60, 60, 0.1, 20.0);
+        let light = crate::raster::Light { sun: [0.0; 3], ground: [0.0; 3], sky: [1.0; 3], ..Default::default() };
+        let how = |shading| Rendering { shading, ..Rendering::default() }.with_samples(1);
+        let drawn = |shading| {
+            draw_instances(&[&model], &[place], &view, &how(shading), &Stop::default()).unwrap().picture.texels
+        };
+        let (lit, unlit) = (drawn(crate::raster::Shading::Lit(light)), drawn(crate::raster::Shading::Unlit));
+        // Surfaces that face up are about as bright as without light.
+        let near = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).all(|k| b[k].saturating_sub(a[k]) < 40);
+        let bright = lit.iter().zip(&unlit).filter(|pair| near(*pair)).count();
+        assert!(bright * 10 > lit.len() * 8, "{bright} of {}", lit.len());
+    }
+}
