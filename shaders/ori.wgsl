@@ -253,9 +253,9 @@ fn meet(map: u32, first: vec2<i32>, ray: Ray, start: f32, end: f32) -> f32 {
         texel(map, first + vec2<i32>(0, 1)),
         texel(map, first + vec2<i32>(1, 1)),
     );
-    let from = ray.origin + ray.direction * start;
+    let begin = ray.origin + ray.direction * start;
     let d = ray.direction;
-    let corner = from.xy - (vec2<f32>(first) + 0.5);
+    let corner = begin.xy - (vec2<f32>(first) + 0.5);
     var taken = 0u;
     var nearest = NOTHING;
     for (var k = 0u; k < 4u; k++) {
@@ -275,7 +275,7 @@ fn meet(map: u32, first: vec2<i32>, ray: Ray, start: f32, end: f32) -> f32 {
         let b = h.y - h.x;
         let c = h.z - h.x;
         let g = h.x - h.y - h.z + h.w;
-        let e = from.z - (h.x + b * corner.x + c * corner.y + g * corner.x * corner.y);
+        let e = begin.z - (h.x + b * corner.x + c * corner.y + g * corner.x * corner.y);
         let f = d.z - (b * d.x + c * d.y + g * (corner.x * d.y + corner.y * d.x));
         let t = rising_root(e, f, -g * d.x * d.y);
         if t >= 0.0 && start + t <= end && start + t < nearest && shows(texels, bits, corner + d.xy * t) {
