@@ -15,7 +15,7 @@ use farfield::{
     raster::{Cpu, Geometry, Light, Rendering, Shader, Shading, render},
     relief::{
         DepthBits, ReliefMap, Resampling, Strategy, Trace,
-        measure::{Selection, measure},
+        measure::{Original, Selection, measure},
         resample,
         select::Choice,
     },
