@@ -324,11 +324,13 @@ fn search_pyramid(map: u32, ray: Ray, t0: f32, t1: f32) -> f32 {
     let ahead = vec2<i32>(d.xy > vec2<f32>(0.0));
     // Most rays begin near a surface.
     var level = min(2u, top);
-    var t = t0 + nudge;
+    // A ray along the map's direction, up to rounding, ends before it has moved so far.
+    var t = min(t0 + nudge, (t0 + t1) * 0.5);
     // A ray crosses fewer than 2n cells; the bound is for what is not a number.
     for (var i = 0u; i < 8u * n && t < t1; i++) {
         let cell = clamp(vec2<i32>(begin + d.xy * t), vec2<i32>(0), vec2<i32>(i32(n) - 1));
-        let enter = o.z + d.z * (t - nudge);
+        let before = max(t - nudge, t0);
+        let enter = o.z + d.z * before;
         // Down to the first square that the ray misses, or to a cell.
         loop {
             let square = cell >> vec2<u32>(level);
@@ -337,8 +339,8 @@ fn search_pyramid(map: u32, ray: Ray, t0: f32, t1: f32) -> f32 {
             let end = max(min(min(ends.x, ends.y), t1), t);
             // The levels before this one have 4/3·(n² − m²) squares, m·m being those of this one.
             let m = n >> level;
-            let before = (n * n - m * m) / 3u * 4u;
-            let range = ranges[maps[map].first + before + u32(square.y) * m + u32(square.x)];
+            let skipped = (n * n - m * m) / 3u * 4u;
+            let range = ranges[maps[map].first + skipped + u32(square.y) * m + u32(square.x)];
             let leave = o.z + d.z * end;
             if max(enter, leave) + SLACK < range.x || min(enter, leave) - SLACK > range.y {
                 t = end + nudge;
@@ -346,7 +348,7 @@ fn search_pyramid(map: u32, ray: Ray, t0: f32, t1: f32) -> f32 {
                 break;
             }
             if level == 0u {
-                let met = meet(map, cell, ray, t - nudge - slack, end + slack);
+                let met = meet(map, cell, ray, before - slack, end + slack);
                 if met < FINITE {
                     return met;
                 }

@@ -427,76 +427,75 @@ float search_pyramid(uint map_4, Ray ray_1, float t0_, float t1_) {
     ivec2 ahead = ivec2(greaterThan(d_1.xy, vec2(0.0)));
     level = min(2u, top);
     float _e48 = nudge;
-    t = (t0_ + _e48);
+    t = min((t0_ + _e48), ((t0_ + t1_) * 0.5));
     bool loop_init_4 = true;
     while(true) {
         if (!loop_init_4) {
-            uint _e170 = i;
-            i = (_e170 + 1u);
+            uint _e172 = i;
+            i = (_e172 + 1u);
         }
         loop_init_4 = false;
-        uint _e53 = i;
-        if ((_e53 < (8u * n))) {
-            float _e59 = t;
-            local_12 = (_e59 < t1_);
+        uint _e57 = i;
+        if ((_e57 < (8u * n))) {
+            float _e63 = t;
+            local_12 = (_e63 < t1_);
         } else {
             local_12 = false;
         }
-        bool _e62 = local_12;
-        if (_e62) {
+        bool _e66 = local_12;
+        if (_e66) {
         } else {
             break;
         }
         {
-            float _e64 = t;
-            ivec2 cell = min(max(ivec2((begin_1 + (d_1.xy * _e64))), ivec2(0)), ivec2((int(n) - 1)));
-            float _e77 = t;
-            float _e78 = nudge;
-            float enter = (o.z + (d_1.z * (_e77 - _e78)));
+            float _e68 = t;
+            ivec2 cell = min(max(ivec2((begin_1 + (d_1.xy * _e68))), ivec2(0)), ivec2((int(n) - 1)));
+            float _e79 = t;
+            float _e80 = nudge;
+            float before_2 = max((_e79 - _e80), t0_);
+            float enter = (o.z + (d_1.z * before_2));
             while(true) {
-                uint _e82 = level;
-                ivec2 square = (cell >> uvec2(_e82));
-                uint _e86 = level;
-                vec2 sides = ((vec2(((square + ahead) << uvec2(_e86))) - begin_1) * over);
+                uint _e87 = level;
+                ivec2 square = (cell >> uvec2(_e87));
+                uint _e91 = level;
+                vec2 sides = ((vec2(((square + ahead) << uvec2(_e91))) - begin_1) * over);
                 vec2 ends = mix(sides, vec2(t1_), still);
-                float _e98 = t;
-                float end_3 = max(min(min(ends.x, ends.y), t1_), _e98);
-                uint _e100 = level;
-                uint m = (n >> _e100);
-                uint before_2 = ((((n * n) - (m * m)) / 3u) * 4u);
-                uint _e113 = _group_0_binding_2_fs[map_4].first;
-                vec2 range = _group_0_binding_4_fs[(((_e113 + before_2) + (uint(square.y) * m)) + uint(square.x))];
+                float _e103 = t;
+                float end_3 = max(min(min(ends.x, ends.y), t1_), _e103);
+                uint _e105 = level;
+                uint m = (n >> _e105);
+                uint skipped = ((((n * n) - (m * m)) / 3u) * 4u);
+                uint _e118 = _group_0_binding_2_fs[map_4].first;
+                vec2 range = _group_0_binding_4_fs[(((_e118 + skipped) + (uint(square.y) * m)) + uint(square.x))];
                 float leave = (o.z + (d_1.z * end_3));
                 if (!(((max(enter, leave) + 0.002) < range.x))) {
                     local_13 = ((min(enter, leave) - 0.002) > range.y);
                 } else {
                     local_13 = true;
                 }
-                bool _e142 = local_13;
-                if (_e142) {
-                    float _e143 = nudge;
-                    t = (end_3 + _e143);
-                    uint _e145 = level;
-                    level = min((_e145 + 1u), top);
+                bool _e147 = local_13;
+                if (_e147) {
+                    float _e148 = nudge;
+                    t = (end_3 + _e148);
+                    uint _e150 = level;
+                    level = min((_e150 + 1u), top);
                     break;
                 }
-                uint _e149 = level;
-                if ((_e149 == 0u)) {
-                    float _e152 = t;
-                    float _e153 = nudge;
-                    float _e155 = slack;
+                uint _e154 = level;
+                if ((_e154 == 0u)) {
                     float _e157 = slack;
-                    float _e159 = meet(map_4, cell, ray_1, ((_e152 - _e153) - _e155), (end_3 + _e157));
-                    if ((_e159 < 1e38)) {
-                        return _e159;
+                    float _e159 = slack;
+                    float _e161 = meet(map_4, cell, ray_1, (before_2 - _e157), (end_3 + _e159));
+                    if ((_e161 < 1e38)) {
+                        return _e161;
                     }
-                    float _e162 = nudge;
-                    t = (end_3 + _e162);
+                    float _e164 = nudge;
+                    t = (end_3 + _e164);
                     level = min(1u, top);
                     break;
                 }
-                uint _e166 = level;
-                level = (_e166 - 1u);
+                uint _e168 = level;
+                level = (_e168 - 1u);
             }
         }
     }

@@ -482,82 +482,81 @@ float search_pyramid(uint map_4, Ray ray_1, float t0_, float t1_)
     int2 ahead = int2((d_1.xy > (0.0).xx));
     level = min(2u, top);
     float _e48 = nudge;
-    t = (t0_ + _e48);
+    t = min((t0_ + _e48), ((t0_ + t1_) * 0.5));
     uint2 loop_bound_4 = uint2(4294967295u, 4294967295u);
     bool loop_init_4 = true;
     while(true) {
         if (all(loop_bound_4 == uint2(0u, 0u))) { break; }
         loop_bound_4 -= uint2(loop_bound_4.y == 0u, 1u);
         if (!loop_init_4) {
-            uint _e170 = i;
-            i = (_e170 + 1u);
+            uint _e172 = i;
+            i = (_e172 + 1u);
         }
         loop_init_4 = false;
-        uint _e53 = i;
-        if ((_e53 < (8u * n))) {
-            float _e59 = t;
-            local_12 = (_e59 < t1_);
+        uint _e57 = i;
+        if ((_e57 < (8u * n))) {
+            float _e63 = t;
+            local_12 = (_e63 < t1_);
         } else {
             local_12 = false;
         }
-        bool _e62 = local_12;
-        if (_e62) {
+        bool _e66 = local_12;
+        if (_e66) {
         } else {
             break;
         }
         {
-            float _e64 = t;
-            int2 cell = clamp(naga_f2i32((begin_1 + (d_1.xy * _e64))), (int(0)).xx, (asint(asuint(int(n)) - asuint(int(1)))).xx);
-            float _e77 = t;
-            float _e78 = nudge;
-            float enter = (o.z + (d_1.z * (_e77 - _e78)));
+            float _e68 = t;
+            int2 cell = clamp(naga_f2i32((begin_1 + (d_1.xy * _e68))), (int(0)).xx, (asint(asuint(int(n)) - asuint(int(1)))).xx);
+            float _e79 = t;
+            float _e80 = nudge;
+            float before_2 = max((_e79 - _e80), t0_);
+            float enter = (o.z + (d_1.z * before_2));
             uint2 loop_bound_5 = uint2(4294967295u, 4294967295u);
             while(true) {
                 if (all(loop_bound_5 == uint2(0u, 0u))) { break; }
                 loop_bound_5 -= uint2(loop_bound_5.y == 0u, 1u);
-                uint _e82 = level;
-                int2 square = (cell >> (_e82).xx);
-                uint _e86 = level;
-                float2 sides = ((float2((asint(asuint(square) + asuint(ahead)) << (_e86).xx)) - begin_1) * over);
+                uint _e87 = level;
+                int2 square = (cell >> (_e87).xx);
+                uint _e91 = level;
+                float2 sides = ((float2((asint(asuint(square) + asuint(ahead)) << (_e91).xx)) - begin_1) * over);
                 float2 ends = (still ? (t1_).xx : sides);
-                float _e98 = t;
-                float end_3 = max(min(min(ends.x, ends.y), t1_), _e98);
-                uint _e100 = level;
-                uint m = (n >> _e100);
-                uint before_2 = (naga_div(((n * n) - (m * m)), 3u) * 4u);
-                uint _e113 = asuint(maps.Load(76+map_4*80));
-                float2 range = asfloat(ranges.Load2((((_e113 + before_2) + (uint(square.y) * m)) + uint(square.x))*8));
+                float _e103 = t;
+                float end_3 = max(min(min(ends.x, ends.y), t1_), _e103);
+                uint _e105 = level;
+                uint m = (n >> _e105);
+                uint skipped = (naga_div(((n * n) - (m * m)), 3u) * 4u);
+                uint _e118 = asuint(maps.Load(76+map_4*80));
+                float2 range = asfloat(ranges.Load2((((_e118 + skipped) + (uint(square.y) * m)) + uint(square.x))*8));
                 float leave = (o.z + (d_1.z * end_3));
                 if (!(((max(enter, leave) + 0.002) < range.x))) {
                     local_13 = ((min(enter, leave) - 0.002) > range.y);
                 } else {
                     local_13 = true;
                 }
-                bool _e142 = local_13;
-                if (_e142) {
-                    float _e143 = nudge;
-                    t = (end_3 + _e143);
-                    uint _e145 = level;
-                    level = min((_e145 + 1u), top);
+                bool _e147 = local_13;
+                if (_e147) {
+                    float _e148 = nudge;
+                    t = (end_3 + _e148);
+                    uint _e150 = level;
+                    level = min((_e150 + 1u), top);
                     break;
                 }
-                uint _e149 = level;
-                if ((_e149 == 0u)) {
-                    float _e152 = t;
-                    float _e153 = nudge;
-                    float _e155 = slack;
+                uint _e154 = level;
+                if ((_e154 == 0u)) {
                     float _e157 = slack;
-                    const float _e159 = meet(map_4, cell, ray_1, ((_e152 - _e153) - _e155), (end_3 + _e157));
-                    if ((_e159 < 1e38)) {
-                        return _e159;
+                    float _e159 = slack;
+                    const float _e161 = meet(map_4, cell, ray_1, (before_2 - _e157), (end_3 + _e159));
+                    if ((_e161 < 1e38)) {
+                        return _e161;
                     }
-                    float _e162 = nudge;
-                    t = (end_3 + _e162);
+                    float _e164 = nudge;
+                    t = (end_3 + _e164);
                     level = min(1u, top);
                     break;
                 }
-                uint _e166 = level;
-                level = (_e166 - 1u);
+                uint _e168 = level;
+                level = (_e168 - 1u);
             }
         }
     }

@@ -511,82 +511,81 @@ float search_pyramid(
     metal::int2 ahead = static_cast<metal::int2>(d_1.xy > metal::float2(0.0));
     level = metal::min(2u, top);
     float _e48 = nudge;
-    t = t0_ + _e48;
+    t = metal::min(t0_ + _e48, (t0_ + t1_) * 0.5);
     uint2 loop_bound_4 = uint2(4294967295u);
     bool loop_init_4 = true;
     while(true) {
         if (metal::all(loop_bound_4 == uint2(0u))) { break; }
         loop_bound_4 -= uint2(loop_bound_4.y == 0u, 1u);
         if (!loop_init_4) {
-            uint _e170 = i;
-            i = _e170 + 1u;
+            uint _e172 = i;
+            i = _e172 + 1u;
         }
         loop_init_4 = false;
-        uint _e53 = i;
-        if (_e53 < (8u * n)) {
-            float _e59 = t;
-            local_12 = _e59 < t1_;
+        uint _e57 = i;
+        if (_e57 < (8u * n)) {
+            float _e63 = t;
+            local_12 = _e63 < t1_;
         } else {
             local_12 = false;
         }
-        bool _e62 = local_12;
-        if (_e62) {
+        bool _e66 = local_12;
+        if (_e66) {
         } else {
             break;
         }
         {
-            float _e64 = t;
-            metal::int2 cell = metal::clamp(naga_f2i32(begin_1 + (d_1.xy * _e64)), metal::int2(0), metal::int2(as_type<int>(as_type<uint>(static_cast<int>(n)) - as_type<uint>(1))));
-            float _e77 = t;
-            float _e78 = nudge;
-            float enter = ray_1.origin.z + (ray_1.direction.z * (_e77 - _e78));
+            float _e68 = t;
+            metal::int2 cell = metal::clamp(naga_f2i32(begin_1 + (d_1.xy * _e68)), metal::int2(0), metal::int2(as_type<int>(as_type<uint>(static_cast<int>(n)) - as_type<uint>(1))));
+            float _e79 = t;
+            float _e80 = nudge;
+            float before_2 = metal::max(_e79 - _e80, t0_);
+            float enter = ray_1.origin.z + (ray_1.direction.z * before_2);
             uint2 loop_bound_5 = uint2(4294967295u);
             while(true) {
                 if (metal::all(loop_bound_5 == uint2(0u))) { break; }
                 loop_bound_5 -= uint2(loop_bound_5.y == 0u, 1u);
-                uint _e82 = level;
-                metal::int2 square = cell >> metal::uint2(_e82);
-                uint _e86 = level;
-                metal::float2 sides = (static_cast<metal::float2>(as_type<metal::int2>(as_type<metal::uint2>(square) + as_type<metal::uint2>(ahead)) << metal::uint2(_e86)) - begin_1) * over;
+                uint _e87 = level;
+                metal::int2 square = cell >> metal::uint2(_e87);
+                uint _e91 = level;
+                metal::float2 sides = (static_cast<metal::float2>(as_type<metal::int2>(as_type<metal::uint2>(square) + as_type<metal::uint2>(ahead)) << metal::uint2(_e91)) - begin_1) * over;
                 metal::float2 ends = metal::select(sides, metal::float2(t1_), still);
-                float _e98 = t;
-                float end_3 = metal::max(metal::min(metal::min(ends.x, ends.y), t1_), _e98);
-                uint _e100 = level;
-                uint m = n >> _e100;
-                uint before_2 = naga_div((n * n) - (m * m), 3u) * 4u;
-                uint _e113 = maps[map_4].first;
-                metal::float2 range = ranges[((_e113 + before_2) + (static_cast<uint>(square.y) * m)) + static_cast<uint>(square.x)];
+                float _e103 = t;
+                float end_3 = metal::max(metal::min(metal::min(ends.x, ends.y), t1_), _e103);
+                uint _e105 = level;
+                uint m = n >> _e105;
+                uint skipped = naga_div((n * n) - (m * m), 3u) * 4u;
+                uint _e118 = maps[map_4].first;
+                metal::float2 range = ranges[((_e118 + skipped) + (static_cast<uint>(square.y) * m)) + static_cast<uint>(square.x)];
                 float leave = ray_1.origin.z + (ray_1.direction.z * end_3);
                 if (!(((metal::max(enter, leave) + 0.002) < range.x))) {
                     local_13 = (metal::min(enter, leave) - 0.002) > range.y;
                 } else {
                     local_13 = true;
                 }
-                bool _e142 = local_13;
-                if (_e142) {
-                    float _e143 = nudge;
-                    t = end_3 + _e143;
-                    uint _e145 = level;
-                    level = metal::min(_e145 + 1u, top);
+                bool _e147 = local_13;
+                if (_e147) {
+                    float _e148 = nudge;
+                    t = end_3 + _e148;
+                    uint _e150 = level;
+                    level = metal::min(_e150 + 1u, top);
                     break;
                 }
-                uint _e149 = level;
-                if (_e149 == 0u) {
-                    float _e152 = t;
-                    float _e153 = nudge;
-                    float _e155 = slack;
+                uint _e154 = level;
+                if (_e154 == 0u) {
                     float _e157 = slack;
-                    float _e159 = meet(map_4, cell, ray_1, (_e152 - _e153) - _e155, end_3 + _e157, impostor, maps, depth_codes, _buffer_sizes);
-                    if (_e159 < 100000000000000000000000000000000000000.0) {
-                        return _e159;
+                    float _e159 = slack;
+                    float _e161 = meet(map_4, cell, ray_1, before_2 - _e157, end_3 + _e159, impostor, maps, depth_codes, _buffer_sizes);
+                    if (_e161 < 100000000000000000000000000000000000000.0) {
+                        return _e161;
                     }
-                    float _e162 = nudge;
-                    t = end_3 + _e162;
+                    float _e164 = nudge;
+                    t = end_3 + _e164;
                     level = metal::min(1u, top);
                     break;
                 }
-                uint _e166 = level;
-                level = _e166 - 1u;
+                uint _e168 = level;
+                level = _e168 - 1u;
             }
         }
     }

@@ -68,12 +68,14 @@ impl Pyramid {
         let last = self.side as i32 - 1;
         // Most rays begin near a surface.
         let mut level = 2.min(top);
-        let mut t = t0 + nudge;
+        // A ray along the map's direction, up to rounding, ends before it has moved so far.
+        let mut t = (t0 + nudge).min((t0 + t1) * 0.5);
         while t < t1 {
             // Truncation is the floor of what is not negative.
             let i = ((ox + d.x * t) as i32).clamp(0, last);
             let j = ((oy + d.y * t) as i32).clamp(0, last);
-            let enter = o.z + d.z * (t - nudge);
+            let from = (t - nudge).max(t0);
+            let enter = o.z + d.z * from;
             // Down to the first square that the ray misses, or to a cell.
             loop {
                 let (x, y) = (i >> level, j >> level);
@@ -88,7 +90,7 @@ impl Pyramid {
                     break;
                 }
                 if level == 0 {
-                    let span = Span { origin: o, direction: d, from: t - nudge - slack, to: end + slack };
+                    let span = Span { origin: o, direction: d, from: from - slack, to: end + slack };
                     if let Some(t) = Cell::new(field, i, j, self.wall).meet(field, self.wall, &span) {
                         return Some(Hit { t, point: o + d * t });
                     }
