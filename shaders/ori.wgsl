@@ -124,6 +124,8 @@ const REACHES = 16.0;
 // How far beyond its cell a meeting still counts, and how far into the next one a ray is moved to leave it, texel sides.
 const SLACK = 2e-3;
 const NUDGE = 5e-4;
+// Rays that are steeper than this, across over along, are moved less.
+const STEEP = 0.05;
 // Strategy 5.
 const BIAS = 0.03125;
 
@@ -307,13 +309,10 @@ fn shows(texels: array<vec2<f32>, 4>, bits: u32, at: vec2<f32>) -> bool {
 fn search_pyramid(map: u32, ray: Ray, t0: f32, t1: f32) -> f32 {
     let o = ray.origin;
     let d = ray.direction;
-    let lateral = max(abs(d.x), abs(d.y));
-    var nudge = 0.0;
-    var slack = SLACK;
-    if lateral > 0.0 {
-        nudge = NUDGE / lateral;
-        slack = SLACK / lateral;
-    }
+    // Along the map's own direction, up to rounding, texels bound nothing.
+    let pace = max(max(abs(d.x), abs(d.y)), STEEP * abs(d.z));
+    let nudge = NUDGE / pace;
+    let slack = SLACK / pace;
     let n = impostor.squares;
     let top = firstTrailingBit(n);
     // Cells begin at the centre of the first texel.

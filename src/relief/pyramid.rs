@@ -22,6 +22,8 @@ const NOTHING: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
 const SLACK: f32 = 2e-3;
 /// How far into the next cell a ray is moved to leave one.
 const NUDGE: f32 = 5e-4;
+/// Rays that are steeper than this, across over along, are moved less.
+const STEEP: f32 = 0.05;
 
 impl Pyramid {
     pub fn new(field: &Field, wall: f32) -> Self {
@@ -57,8 +59,9 @@ impl Pyramid {
     /// The first surface that the ray meets from its front between t0 and t1.
     pub fn trace(&self, field: &Field, ray: &Ray, t0: f32, t1: f32) -> Option<Hit> {
         let (o, d) = (ray.origin, ray.direction);
-        let lateral = d.x.abs().max(d.y.abs());
-        let (nudge, slack) = if lateral > 0.0 { (NUDGE / lateral, SLACK / lateral) } else { (0.0, SLACK) };
+        // Along the map's own direction, up to rounding, texels bound nothing.
+        let pace = d.x.abs().max(d.y.abs()).max(STEEP * d.z.abs());
+        let (nudge, slack) = (NUDGE / pace, SLACK / pace);
         let top = self.levels.len() - 1;
         // Cells begin at the centre of the first texel.
         let (ox, oy) = (o.x - 0.5, o.y - 0.5);
@@ -118,8 +121,8 @@ impl Pyramid {
     pub fn meets_cell(&self, field: &Field, [i, j]: [i32; 2], ray: &Ray) -> bool {
         let (o, d) = (ray.origin, ray.direction);
         let (mut from, mut to) = (f32::NEG_INFINITY, f32::INFINITY);
-        for (o, d, low) in [(o.x, d.x, i), (o.y, d.y, j)] {
-            let (lo, hi) = (low as f32 + 0.5 - SLACK, low as f32 + 1.5 + SLACK);
+        let side = |low: i32| (low as f32 + 0.5 - SLACK, low as f32 + 1.5 + SLACK);
+        for (o, d, (lo, hi)) in [(o.x, d.x, side(i)), (o.y, d.y, side(j)), (o.z, d.z, (-1.0, field.deep + 1.0))] {
             if d == 0.0 {
                 if o < lo || o > hi {
                     return false;
@@ -128,10 +131,6 @@ impl Pyramid {
             }
             let (a, b) = ((lo - o) / d, (hi - o) / d);
             (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
-        }
-        if from == f32::NEG_INFINITY {
-            // Along the map's own direction.
-            from = -o.z / d.z;
         }
         from <= to
             && Cell::new(field, i, j, self.wall)

