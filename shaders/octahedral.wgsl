@@ -50,7 +50,7 @@ struct Impostor {
     levels: u32,
     // 1: directions from the horizon upwards only.
     hemi: u32,
-    // Parallax steps.
+    // Steps in which a ray is followed through a frame; 0 for flat pictures.
     steps: u32,
     // 1: emissive_atlas is there.
     emits: u32,
@@ -67,6 +67,12 @@ struct Impostor {
 const HORIZON = 0.001;
 // Rays that meet a frame's plane at less than this cosine pass it by.
 const GRAZING = 0.05;
+// Halvings of the step in which a ray meets a surface.
+const BISECTIONS = 5u;
+// Texels are covered from this alpha on.
+const COVERED = 0.5;
+// A ray that is so far below the surface where it enters an outline passes behind it; texels.
+const WALL = 3.0;
 
 struct Card {
     @builtin(position) clip: vec4<f32>,
@@ -137,7 +143,7 @@ fn card_vertex(@builtin(vertex_index) index: u32) -> Card {
     return Card(frame.clip * vec4<f32>(position, 1.0), position);
 }
 
-// Blended samples, each times its weight and coverage.
+// Blended samples, each times its weight.
 struct Blend {
     color: vec3<f32>,
     normal: vec3<f32>,
@@ -145,11 +151,53 @@ struct Blend {
     // Along the ray, in its lengths.
     t: f32,
     coverage: f32,
-    // Of the frames that the ray meets.
+    // Of the frames that decide.
     weight: f32,
 }
 
-// Adds what a ray meets in the frame of a grid point. The ray's lengths are planar depths.
+// A ray as the frame of a grid point sees it; lengths in radii.
+struct Camera {
+    point: vec2<f32>,
+    right: vec3<f32>,
+    up: vec3<f32>,
+    start: vec3<f32>,
+    ray: vec3<f32>,
+    // The ray's parameter on the plane through the centre, and the change of height along it.
+    middle: f32,
+    slope: f32,
+    level: f32,
+    // Where frames end on that level.
+    edge: f32,
+}
+
+// A point of a ray beside a frame's surface.
+struct Met {
+    atlas: vec2<f32>,
+    covered: bool,
+    // Height over the surface, radii; 0 where nothing is covered.
+    gap: f32,
+    below: bool,
+}
+
+// The point of a ray at a height.
+fn look(camera: Camera, height: f32) -> Met {
+    let p = camera.start + camera.ray * (camera.middle + height / camera.slope);
+    let uv = vec2<f32>(dot(p, camera.right) + 1.0, 1.0 - dot(p, camera.up)) * 0.5;
+    let atlas = (camera.point + clamp(uv, vec2<f32>(camera.edge), vec2<f32>(1.0 - camera.edge))) / f32(impostor.frames);
+    if any(uv < vec2<f32>(0.0)) || any(uv > vec2<f32>(1.0)) {
+        return Met(atlas, false, 0.0, false);
+    }
+    if textureSampleLevel(color_atlas, smooth_sampler, atlas, camera.level).a < COVERED {
+        return Met(atlas, false, 0.0, false);
+    }
+    let gap = height - (textureSampleLevel(normal_atlas, smooth_sampler, atlas, camera.level).a * 2.0 - 1.0);
+    return Met(atlas, true, gap, gap < 0.0);
+}
+
+// Adds what a ray meets in the frame of a grid point: the first crossing from above the surface to below it, from the plane nearest to the
+// frame's camera to the farthest, found in equal steps of height, then by bisection. Where the ray enters an outline far below the surface
+// it is behind it, and that is no crossing. Without steps the frame is a flat picture on the plane through the centre.
+// The ray's lengths are planar depths.
 fn add(blend: ptr<function, Blend>, point: vec2<f32>, weight: f32, origin: vec3<f32>, ray: vec3<f32>, depth: f32) {
     let d = direction_of(point);
     let slope = dot(ray, d);
@@ -167,26 +215,51 @@ fn add(blend: ptr<function, Blend>, point: vec2<f32>, weight: f32, origin: vec3<
     let texels = frame.sample_size * far * f32(impostor.tile) / (2.0 * radius);
     let level = clamp(log2(max(texels, 1.0)), 0.0, f32(impostor.levels - 1u));
     let edge = 0.5 / f32(impostor.tile >> u32(ceil(level)));
-    var t = middle;
-    var uv = vec2<f32>(0.0);
-    var atlas = vec2<f32>(0.0);
-    for (var i = 0u; i <= impostor.steps; i++) {
-        let p = (start + ray * t) / radius;
-        uv = vec2<f32>(dot(p, right) + 1.0, 1.0 - dot(p, up)) * 0.5;
-        atlas = (point + clamp(uv, vec2<f32>(edge), vec2<f32>(1.0 - edge))) / f32(impostor.frames);
-        let height = textureSampleLevel(normal_atlas, smooth_sampler, atlas, level).a * 2.0 - 1.0;
-        t = middle + height * radius / slope;
-    }
-    if any(uv < vec2<f32>(0.0)) || any(uv > vec2<f32>(1.0)) {
+    let camera = Camera(point, right, up, start / radius, ray / radius, middle, slope / radius, level, edge);
+    var met = look(camera, 0.0);
+    if impostor.steps > 0u {
+        let wall = WALL * 2.0 * exp2(level) / f32(impostor.tile);
+        var hidden = false;
+        var found = false;
+        var before = look(camera, 1.0);
+        for (var i = 1u; i <= impostor.steps && !found; i++) {
+            var high = 1.0 - 2.0 * f32(i - 1u) / f32(impostor.steps);
+            var low = 1.0 - 2.0 * f32(i) / f32(impostor.steps);
+            let here = look(camera, low);
+            if here.below && !before.below {
+                var above = before.covered;
+                met = here;
+                for (var k = 0u; k < BISECTIONS; k++) {
+                    let half = (high + low) * 0.5;
+                    let p = look(camera, half);
+                    if p.below {
+                        low = half;
+                        met = p;
+                    } else {
+                        high = half;
+                        above = p.covered;
+                    }
+                }
+                found = above || -met.gap <= wall;
+                hidden = hidden || !found;
+            }
+            before = here;
+        }
+        if !found {
+            // What another frame sees there decides.
+            (*blend).weight -= select(0.0, weight, hidden);
+            return;
+        }
+    } else if !met.covered {
         return;
     }
-    let color = textureSampleLevel(color_atlas, smooth_sampler, atlas, level);
-    let w = color.a * weight;
-    (*blend).coverage += w;
-    (*blend).t += t * w;
-    (*blend).color += color.rgb * w;
-    (*blend).normal += (textureSampleLevel(normal_atlas, smooth_sampler, atlas, level).xyz * 2.0 - 1.0) * w;
-    (*blend).emissive += textureSampleLevel(emissive_atlas, smooth_sampler, atlas, level).rgb * (w * f32(impostor.emits));
+    let data = textureSampleLevel(normal_atlas, smooth_sampler, met.atlas, level);
+    let t = middle + (data.a * 2.0 - 1.0) * radius / slope;
+    (*blend).coverage += weight;
+    (*blend).t += t * weight;
+    (*blend).color += textureSampleLevel(color_atlas, smooth_sampler, met.atlas, level).rgb * weight;
+    (*blend).normal += (data.xyz * 2.0 - 1.0) * weight;
+    (*blend).emissive += textureSampleLevel(emissive_atlas, smooth_sampler, met.atlas, level).rgb * (weight * f32(impostor.emits));
 }
 
 struct Fragment {

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Packs the captures of a grid of directions into the atlases of an octahedral impostor, and fits the card on which it is drawn. Colours, normals
-/// and depths are dilated into empty texels. Over a list of objects say `per = ["split.objects"]`: one impostor for each. Source: Ryan Brucks,
+/// and depths are dilated into empty texels; occlusion, roughness, metallic and emitted light are packed where they were captured. Over a list of objects say `per = ["split.objects"]`: one impostor for each. Source: Ryan Brucks,
 /// Octahedral Impostors, 2018.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -41,7 +41,7 @@ pub struct Octahedral;
 impl Node for Octahedral {
     const KIND: &'static str = "resample";
     const METHOD: &'static str = "octahedral";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;

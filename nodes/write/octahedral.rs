@@ -22,7 +22,8 @@ use std::{collections::BTreeMap, sync::Arc};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
-    /// Times that a ray is moved by a frame's depth. 0 shows the frames as flat pictures, 1 is what engines' shaders do.
+    /// Steps in which a ray is followed through a frame's depths, before the one in which it meets the surface is bisected. 0 shows the frames as
+    /// flat pictures.
     #[schemars(range(min = 0, max = 64), extend("x-unit" = "steps"))]
     pub steps: u32,
     /// Writes KTX2 files beside the PNGs, with all mip levels: colours in BC3, normals and depths as they are.
@@ -56,7 +57,7 @@ pub struct Octahedral;
 impl Node for Octahedral {
     const KIND: &'static str = "write";
     const METHOD: &'static str = "octahedral";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;

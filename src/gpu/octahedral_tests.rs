@@ -41,11 +41,11 @@ fn parity_of_pictures_and_depths() {
     let scene = builtin::make("solids", 1).unwrap();
     let (centre, radius) = (scene.bounds().centre(), scene.bounds().diagonal() * 0.5);
     for (grid, shading, steps, samples, away, orthographic) in [
-        (Grid { side: 6, hemi: false }, Shading::Unlit, 2, 1, 3.0, false),
-        (Grid { side: 6, hemi: false }, lit, 3, 3, 4.0, false),
+        (Grid { side: 6, hemi: false }, Shading::Unlit, 16, 1, 3.0, false),
+        (Grid { side: 6, hemi: false }, lit, 24, 3, 4.0, false),
         // Far away, so that coarse levels are read.
-        (Grid { side: 6, hemi: false }, Shading::Unlit, 1, 1, 60.0, false),
-        (Grid { side: 5, hemi: true }, lit, 2, 2, 3.0, true),
+        (Grid { side: 6, hemi: false }, Shading::Unlit, 16, 1, 60.0, false),
+        (Grid { side: 5, hemi: true }, lit, 9, 2, 3.0, true),
         (Grid { side: 5, hemi: true }, Shading::Unlit, 0, 1, 3.0, false),
     ] {
         let mut impostor = impostor(&scene, grid, 64, 64);

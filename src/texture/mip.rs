@@ -204,9 +204,10 @@ impl Means {
     }
 }
 
-/// What alphas, the greatest first, are multiplied by so that `pass` of them reach `cutoff`.
+/// What alphas, the greatest first, are multiplied by so that `pass` of them reach `cutoff`; 1 where they do already.
 fn scale(alphas: &[f32], pass: usize, cutoff: f32) -> f32 {
     match pass.checked_sub(1) {
+        Some(last) if alphas[last] >= cutoff && alphas.get(pass).is_none_or(|a| *a < cutoff) => 1.0,
         Some(last) if alphas[last] > 0.0 => cutoff / alphas[last],
         Some(_) => 1.0,
         None => alphas.first().map_or(1.0, |a| if *a >= cutoff { (cutoff - 1.0) / a } else { 1.0 }),

@@ -38,7 +38,7 @@ pub struct Manifest {
     pub bounds: Option<[[f64; 3]; 2]>,
     /// Corners of the card, see [`crate::octahedral::Impostor::card`].
     pub card: Vec<[f64; 2]>,
-    /// Parallax steps of a frame.
+    /// Steps in which a ray is followed through a frame; 0 for flat pictures.
     pub steps: u32,
     pub atlases: Atlases,
     /// GLB of crossed cards, for viewers.
@@ -96,7 +96,7 @@ pub fn convention(hemi: bool) -> BTreeMap<String, String> {
         ),
         (
             "color",
-            "sRGB base colour without light, dilated into empty texels; alpha = share of the texel that is covered, cut at 0.5 after blending",
+            "sRGB base colour without light, dilated into empty texels; alpha = share of the texel that is covered, a texel counts as covered from 0.5 on",
         ),
         ("normal", "world space, rgb = n*0.5 + 0.5, linear"),
         (

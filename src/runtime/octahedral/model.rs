@@ -1,6 +1,10 @@
 //! An impostor made ready to be drawn.
 
-use super::{Drawing, OctahedralError, sample::Frame};
+use super::{
+    Drawing, OctahedralError,
+    march::{Met, Ray, Tilted},
+    sample::Frame,
+};
 use crate::{
     octahedral::{Atlas, Impostor, Pick, axes, levels},
     view::{Projection, View},
@@ -97,15 +101,6 @@ impl Model {
     }
 }
 
-/// A frame of a view.
-struct Tilted<'a> {
-    frame: Frame<'a>,
-    weight: f32,
-    direction: DVec3,
-    right: DVec3,
-    up: DVec3,
-}
-
 struct Card {
     /// On the plane, whose normal is `towards`.
     front: DVec3,
@@ -156,27 +151,20 @@ impl Seen<'_> {
             weight += tilted.weight;
             let middle = (self.centre - origin).dot(tilted.direction) / slope;
             let level = self.level(middle);
-            let place = |t: f64| {
-                let p = (origin + ray * t - self.centre) / self.radius;
-                DVec2::new(p.dot(tilted.right) + 1.0, 1.0 - p.dot(tilted.up)) * 0.5
-            };
-            let mut t = middle;
-            let mut uv = place(t);
-            for _ in 0..self.steps {
-                t = middle + tilted.frame.height(uv, level) * self.radius / slope;
-                uv = place(t);
-            }
-            if !(uv.cmpge(DVec2::ZERO).all() && uv.cmple(DVec2::ONE).all()) {
-                continue;
-            }
-            let w = tilted.frame.coverage(uv, level) * tilted.weight;
-            if w > 0.0 {
-                let t = middle + tilted.frame.height(uv, level) * self.radius / slope;
-                coverage += w;
-                depth += t * f64::from(w);
-                color += tilted.frame.color(uv, level) * w;
-                normal += tilted.frame.normal(uv, level) * w;
-                emissive += tilted.frame.emissive(uv, level) * w;
+            let ray = Ray { start: origin - self.centre, ray, middle, slope, radius: self.radius, level };
+            match ray.met(tilted, self.steps) {
+                Met::Surface(uv) => {
+                    let t = ray.at(tilted.frame.height(uv, level));
+                    let w = tilted.weight;
+                    coverage += w;
+                    depth += t * f64::from(w);
+                    color += tilted.frame.color(uv, level) * w;
+                    normal += tilted.frame.normal(uv, level) * w;
+                    emissive += tilted.frame.emissive(uv, level) * w;
+                }
+                Met::Nothing => {}
+                // What another frame sees there decides.
+                Met::Hidden => weight -= tilted.weight,
             }
         }
         let depth = depth / f64::from(coverage);

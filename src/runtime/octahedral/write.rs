@@ -28,7 +28,7 @@ pub struct Drawing {
 
 impl Default for Drawing {
     fn default() -> Self {
-        Self { steps: 2 }
+        Self { steps: 16 }
     }
 }
 

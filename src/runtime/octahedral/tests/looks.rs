@@ -14,7 +14,7 @@ fn along_a_grid_direction_the_capture_is_seen() {
     for scene in [cube(), ball()] {
         for grid in [GRID, Grid { side: 4, hemi: true }] {
             let captures = captured(&scene, grid, 64, 2.0);
-            let stand_in = stand_in(packed(&captures, None).unwrap(), 2);
+            let stand_in = stand_in(packed(&captures, None).unwrap(), 16);
             let radius = stand_in.model().impostor().radius;
             for (name, capture) in &captures {
                 // The upper half is drawn as from a little above the horizon.
@@ -71,14 +71,15 @@ fn outlines_between_grid_directions() {
         });
         errors.iter().sum::<f64>() / 4.0
     };
-    let (flat, one, two) = (mean(0), mean(1), mean(2));
-    assert!(two < 0.1 && two <= one + 0.01 && one < flat, "{flat} {one} {two}");
+    let (flat, few, many) = (mean(0), mean(16), mean(64));
+    eprintln!("outside: {flat} flat, {few} and {many} in 16 and 64 steps");
+    assert!(few < 0.1 && many <= few + 0.01 && few < flat, "{flat} {few} {many}");
 }
 
 #[test]
 fn small_changes_of_the_view_change_little() {
     let (scene, impostor) = solids();
-    let stand_in = stand_in(impostor.clone(), 2);
+    let stand_in = stand_in(impostor.clone(), 16);
     let how = Rendering::default().with_samples(2);
     // Across the diagonal of a cell, across its side, across the square's border, and over the pole.
     for d in
@@ -101,7 +102,7 @@ fn small_changes_of_the_view_change_little() {
 #[test]
 fn colours_and_light_are_those_of_the_original() {
     let (scene, impostor) = solids();
-    let stand_in = stand_in(impostor.clone(), 2);
+    let stand_in = stand_in(impostor.clone(), 16);
     let geometry = Geometry::new(scene);
     let shader = Shader::new(&geometry);
     for shading in [Shading::Unlit, Shading::Lit(Default::default())] {
@@ -121,7 +122,7 @@ fn colours_and_light_are_those_of_the_original() {
 #[test]
 fn depths_and_planes_are_those_of_the_surface() {
     let scene = ball();
-    let stand_in = stand_in(impostor(&scene, GRID, 128, 128), 3);
+    let stand_in = stand_in(impostor(&scene, GRID, 128, 128), 16);
     let view = towards(&scene, BETWEEN[0], 64, 5.0);
     let shot = draw(&stand_in, &view, &Rendering::default().with_samples(1));
     let expect = original(&scene, &view);
@@ -143,7 +144,6 @@ fn depths_and_planes_are_those_of_the_surface() {
         near += usize::from(angle.abs() > 0.95);
     }
     assert!(all > 500 && near * 20 > all * 19, "{near} of {all}");
-    // Frames 45° apart: beside the middle the steps of a ray do not all meet the surface.
     errors.sort_by(f32::total_cmp);
     assert!(errors[all / 2] < 0.05, "{}", errors[all / 2]);
     assert!(stand_in.saw(DVec3::new(-1.3, 0.5, 1.0)) && !stand_in.saw(DVec3::new(-2.0, 0.5, 1.0)));
@@ -153,7 +153,7 @@ fn depths_and_planes_are_those_of_the_surface() {
 #[test]
 fn eyes_anywhere() {
     let (scene, impostor) = solids();
-    let stand_in = stand_in(impostor.clone(), 2);
+    let stand_in = stand_in(impostor.clone(), 16);
     let how = Rendering::default().with_samples(1);
     for distance in [1e-9, 0.3, 1.0, 1.05] {
         let mut view = towards(scene, BETWEEN[1], 32, 2.0);
@@ -172,7 +172,7 @@ fn eyes_anywhere() {
 #[test]
 fn what_it_costs() {
     let (_, impostor) = solids();
-    let size = stand_in(impostor.clone(), 2).size();
+    let size = stand_in(impostor.clone(), 16).size();
     let base = u64::from(impostor.atlas.side).pow(2);
     assert_eq!((size.draw_calls, size.triangles), (1, impostor.card.len() as u64 - 2));
     assert_eq!(size.texels, 2 * base);
