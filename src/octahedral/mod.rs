@@ -57,11 +57,11 @@ pub struct Atlas {
     /// Base colour, sRGB-encoded, dilated into empty texels; alpha is the share of the texel that the object covers, times 255.
     pub color: Array<[u8; 4]>,
     /// World-space normal as (n + 1)/2 · 255, and the height over the plane through the centre, towards the camera of the frame:
-    /// (height/radius + 1)/2 · 255. Both dilated.
+    /// (height/radius + 1)/2 · 255. Both dilated, heights by a few texels; 128 beyond.
     pub normal: Array<[u8; 4]>,
     /// Occlusion, roughness and metallic, linear, dilated; alpha 255. `None` where they were not captured.
     pub orm: Option<Array<[u8; 4]>>,
-    /// Emitted light, sRGB-encoded, dilated; alpha 255. `None` where it was not captured.
+    /// Emitted light, sRGB-encoded, dilated; alpha 255. `None` where it was not captured or there is none.
     pub emissive: Option<Array<[u8; 4]>>,
 }
 

@@ -54,18 +54,24 @@ pub fn pack(captures: &[(&str, &Capture)], tile: Option<u32>, stop: &Stop) -> Re
         return Err(PackError::Tile(what));
     }
     let (centre, radius) = window(captures, grid)?;
+    let materials = !captures[0].1.layers[0].orm.is_empty();
+    if let Some((name, _)) = captures.iter().find(|(_, c)| c.layers[0].orm.is_empty() == materials) {
+        let what = if materials { "no images of materials" } else { "images of materials" };
+        return Err(PackError::View { name: (*name).to_owned(), what: format!("{what}, other than the first capture") });
+    }
     let frames = captures.par_iter().map(|(_, capture)| {
         stop.check()?;
         Ok(frame(capture, tile, centre, radius))
     });
     let frames: Vec<Frame> = frames.collect::<Result<_, Stopped>>()?;
+    let emits = frames.iter().flat_map(|f| &f.emissive).any(|t| t[..3] != [0; 3]);
     let bounds = captures.iter().fold(Aabb::EMPTY, |b, (_, c)| b.union(c.bounds));
     let atlas = Atlas {
         side: grid.side * tile,
         color: joined(&frames, grid, tile, |f| &f.color),
         normal: joined(&frames, grid, tile, |f| &f.normal),
-        orm: None,
-        emissive: None,
+        orm: materials.then(|| joined(&frames, grid, tile, |f| &f.orm)),
+        emissive: emits.then(|| joined(&frames, grid, tile, |f| &f.emissive)),
     };
     let mut out = Impostor { grid, tile, centre, radius, bounds, card: Vec::new(), atlas };
     stop.check()?;
@@ -126,7 +132,14 @@ fn window(captures: &[(&str, &Capture)], grid: Grid) -> Result<(DVec3, f64), Pac
 struct Frame {
     color: Vec<[u8; 4]>,
     normal: Vec<[u8; 4]>,
+    /// Empty where it was not captured.
+    orm: Vec<[u8; 4]>,
+    /// Empty where it was not captured.
+    emissive: Vec<[u8; 4]>,
 }
+
+/// How far heights are dilated, texels. Farther from the object they are those of the plane through the centre.
+const HEIGHTS: usize = 4;
 
 /// One capture as a frame, dilated.
 fn frame(capture: &Capture, tile: u32, centre: DVec3, radius: f64) -> Frame {
@@ -135,11 +148,14 @@ fn frame(capture: &Capture, tile: u32, centre: DVec3, radius: f64) -> Frame {
     let n = (view.width / tile) as usize;
     let width = view.width as usize;
     let to_centre = (centre - view.eye).dot(view.forward);
+    let materials = !layer.orm.is_empty();
     let (mut texels, mut covered) = (Vec::new(), Vec::new());
+    let (mut orms, mut emissives) = (Vec::new(), Vec::new());
     let mut heights: Vec<f64> = Vec::new();
     for y in 0..tile as usize {
         for x in 0..tile as usize {
             let (mut color, mut normal) = (Vec3::ZERO, Vec3::ZERO);
+            let (mut orm, mut emissive) = (Vec3::ZERO, Vec3::ZERO);
             heights.clear();
             for k in 0..n * n {
                 let at = (y * n + k / n) * width + x * n + k % n;
@@ -150,10 +166,22 @@ fn frame(capture: &Capture, tile: u32, centre: DVec3, radius: f64) -> Frame {
                     let [i, j, k, _] = layer.normal[at];
                     normal += Vec3::new(i.into(), j.into(), k.into());
                     heights.push(to_centre - z);
+                    if materials {
+                        let ([o, r, m, _], [red, green, blue, _]) = (layer.orm[at], layer.emissive[at]);
+                        orm += Vec3::from([o, r, m].map(f32::from));
+                        emissive += Vec3::from([red, green, blue].map(srgb::to_linear));
+                    }
                 }
             }
             let count = heights.len();
             covered.push(count > 0);
+            if materials {
+                let share = 1.0 / count.max(1) as f32;
+                let [o, r, m] = (orm * share).to_array().map(|v| (v + 0.5) as u8);
+                let [red, green, blue] = (emissive * share).to_array().map(srgb::from_linear);
+                orms.push([o, r, m, 255]);
+                emissives.push([red, green, blue, 255]);
+            }
             if count == 0 {
                 // The plane through the centre, facing the camera: what dilation keeps where nothing is seen at all.
                 texels.push(([0; 4], encoded(-view.forward.as_vec3(), 0.0)));
@@ -168,9 +196,27 @@ fn frame(capture: &Capture, tile: u32, centre: DVec3, radius: f64) -> Frame {
         }
     }
     let alpha: Vec<u8> = texels.iter().map(|t| t.0[3]).collect();
-    dilate(&mut texels, &covered, tile as usize);
+    let tile = tile as usize;
+    dilate(&mut texels, &covered, tile);
+    for (texel, near) in texels.iter_mut().zip(within(&covered, tile, HEIGHTS)) {
+        if !near {
+            texel.1[3] = encoded(Vec3::ZERO, 0.0)[3];
+        }
+    }
+    if materials {
+        dilate(&mut orms, &covered, tile);
+        dilate(&mut emissives, &covered, tile);
+    }
     let color = texels.iter().zip(alpha).map(|(t, a)| [t.0[0], t.0[1], t.0[2], a]).collect();
-    Frame { color, normal: texels.iter().map(|t| t.1).collect() }
+    Frame { color, normal: texels.iter().map(|t| t.1).collect(), orm: orms, emissive: emissives }
+}
+
+/// Where a texel at most `reach` rows and columns away is covered, in an image whose side is `side`.
+fn within(covered: &[bool], side: usize, reach: usize) -> Vec<bool> {
+    let around = |v: usize| v.saturating_sub(reach)..=(v + reach).min(side - 1);
+    let rows: Vec<bool> =
+        (0..side * side).map(|i| around(i % side).any(|x| covered[i / side * side + x])).collect();
+    (0..side * side).map(|i| around(i / side).any(|y| rows[y * side + i % side])).collect()
 }
 
 /// A normal, and a height in radii, as they are stored.

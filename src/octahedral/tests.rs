@@ -14,10 +14,13 @@ use std::{collections::BTreeMap, sync::Arc};
 
 /// Captures of a scene from all points of a grid, row by row.
 pub(crate) fn captured(scene: &Scene, grid: Grid, pixels: u32, margin: f64) -> Vec<(String, Capture)> {
+    let geometry = Geometry::new(scene);
+    captured_by(&Shader::new(&geometry), scene, grid, pixels, margin)
+}
+
+fn captured_by(shader: &Shader, scene: &Scene, grid: Grid, pixels: u32, margin: f64) -> Vec<(String, Capture)> {
     let (centre, radius) = enclosing_sphere(&scene.points()).unwrap();
     let half = radius * f64::from(pixels) / (f64::from(pixels) - 2.0 * margin);
-    let geometry = Geometry::new(scene);
-    let shader = Shader::new(&geometry);
     let take = |i: u32| {
         let (column, row) = (i % grid.side, i / grid.side);
         let direction = grid.direction(column, row);
@@ -27,7 +30,7 @@ pub(crate) fn captured(scene: &Scene, grid: Grid, pixels: u32, margin: f64) -> V
         let view =
             View { eye, right, up, forward, projection, width: pixels, height: pixels, near: 0.0, far: 2.0 * half };
         let how = Capturing { layers: 1, backs: false };
-        let capture = capture(&Cpu, &shader, scene.bounds(), &view, how, &Stop::default()).unwrap();
+        let capture = capture(&Cpu, shader, scene.bounds(), &view, how, &Stop::default()).unwrap();
         (format!("r{row:02}c{column:02}"), capture)
     };
     (0..grid.side * grid.side).map(take).collect()
@@ -223,6 +226,54 @@ fn empty_texels_are_dilated() {
     }
 }
 
+/// Heights reach a few texels beyond an outline and are those of the plane through the centre beyond.
+#[test]
+fn heights_are_dilated_a_little() {
+    let side = 64;
+    let frame = packed(&captured(&cube(), GRIDS[0], side, 20.0), None).unwrap();
+    let (atlas, width) = (&frame.atlas, 3 * side as usize);
+    let (mut near, mut far) = (0, 0);
+    for i in 0..(side * side) as usize {
+        let (x, y) = ((i % side as usize) as i64, (i / side as usize) as i64);
+        let covers = |x: i64, y: i64| {
+            (0..64).contains(&x) && (0..64).contains(&y) && atlas.color[y as usize * width + x as usize][3] > 0
+        };
+        let reached = (-4..=4).any(|v| (-4..=4).any(|u| covers(x + u, y + v)));
+        let height = atlas.normal[y as usize * width + x as usize][3];
+        if reached {
+            near += usize::from(height != 128);
+        } else {
+            assert_eq!(height, 128);
+            far += 1;
+        }
+    }
+    assert!(near > 100 && far > 100, "{near} and {far}");
+}
+
+#[test]
+fn materials_are_packed_where_they_were_captured() {
+    let mut scene = cube();
+    let material = Material { roughness: 0.25, metallic: 1.0, emissive: [0.0, 1.0, 0.0], ..Material::default() };
+    scene.objects[0].parts[0].material = Arc::new(material);
+    let take = |scene: &Scene| {
+        captured_by(&Shader::with_finishes(&Geometry::new(scene)), scene, GRIDS[0], 32, 2.0)
+    };
+    let shining = take(&scene);
+    let atlas = packed(&shining, Some(16)).unwrap().atlas;
+    // Dilated, so everywhere.
+    assert!(atlas.orm.unwrap().iter().all(|t| *t == [255, 64, 255, 255]));
+    assert!(atlas.emissive.unwrap().iter().all(|t| *t == [0, 255, 0, 255]));
+    // Without light of its own no atlas, without materials neither.
+    let dark = packed(&take(&cube()), None).unwrap().atlas;
+    assert!(dark.orm.is_some() && dark.emissive.is_none());
+    let plain = captured(&scene, GRIDS[0], 32, 2.0);
+    assert!(packed(&plain, None).unwrap().atlas.orm.is_none());
+    let mut mixed = plain;
+    mixed[3] = shining[3].clone();
+    let message = packed(&mixed, None).err().map(|e| e.to_string()).unwrap_or_default();
+    assert!(message.contains("r01c00: images of materials, other than the first"), "{message}");
+}
+
 /// Each frame's levels are those of a frame alone: changing one frame changes no texel of another.
 #[test]
 fn levels_mix_no_frames() {
@@ -258,9 +309,18 @@ fn levels_keep_coverage_and_colour() {
         let weight = |t: &[u8; 4]| f64::from(t[3]);
         l.color.iter().map(|t| value(t) * weight(t)).sum::<f64>() / l.color.iter().map(weight).sum::<f64>()
     };
-    let coverage = |l: &Atlas| l.color.iter().map(|t| f64::from(t[3])).sum::<f64>() / l.color.len() as f64;
+    // Of each frame: what passes the test of alpha.
+    let passes = |l: &Atlas, column: usize, row: usize| {
+        let tile = l.side as usize / 8;
+        let at = |i: usize| (row * tile + i / tile) * l.side as usize + column * tile + i % tile;
+        (0..tile * tile).filter(|i| l.color[at(*i)][3] >= 128).count() as f64 / (tile * tile) as f64
+    };
     for level in &all {
-        assert!((coverage(level) - coverage(&all[0])).abs() < 1.0);
+        let half = 32.0 / f64::from(level.side).powi(2) + 1e-9;
+        for i in 0..64 {
+            let (found, expect) = (passes(level, i % 8, i / 8), passes(&all[0], i % 8, i / 8));
+            assert!(expect > 0.1 && (found - expect).abs() <= half, "{found} of {expect} in frames of {}", level.side / 8);
+        }
         assert!((0..3).all(|k| (mean(level, k) - mean(&all[0], k)).abs() < 0.01));
     }
 }
