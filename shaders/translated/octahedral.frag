@@ -33,10 +33,29 @@ struct Blend {
     float coverage;
     float weight;
 };
+struct Camera {
+    vec2 point;
+    vec3 right;
+    vec3 up;
+    vec3 start;
+    vec3 ray;
+    float middle;
+    float slope;
+    float level;
+    float edge;
+};
+struct Met {
+    vec2 atlas;
+    bool covered;
+    float gap;
+    bool below;
+};
 struct Fragment {
     vec4 color;
     float depth;
 };
+const uint BISECTIONS = 5u;
+
 layout(std140) uniform Frame_block_0Fragment { Frame _group_0_binding_0_fs; };
 
 layout(std140) uniform Impostor_block_1Fragment { Impostor _group_0_binding_1_fs; };
@@ -116,21 +135,53 @@ vec3 direction_of(vec2 point) {
     return normalize(vec3(p_2.x, y, p_2.y));
 }
 
-void add(inout Blend blend_1, vec2 point_1, float weight, vec3 origin, vec3 ray_1, float depth) {
+Met look(Camera camera, float height) {
     bool local_1 = false;
-    float t = 0.0;
-    vec2 uv = vec2(0.0);
-    vec2 atlas = vec2(0.0);
-    uint i = 0u;
-    bool local_2 = false;
-    vec3 _e6 = direction_of(point_1);
-    float slope = dot(ray_1, _e6);
-    if (!((weight <= 0.0))) {
-        local_1 = (slope > (-0.05 * length(ray_1)));
+    vec3 p_3 = (camera.start + (camera.ray * (camera.middle + (height / camera.slope))));
+    vec2 uv = (vec2((dot(p_3, camera.right) + 1.0), (1.0 - dot(p_3, camera.up))) * 0.5);
+    uint _e32 = _group_0_binding_1_fs.frames;
+    vec2 atlas = ((camera.point + clamp(uv, vec2(camera.edge), vec2((1.0 - camera.edge)))) / vec2(float(_e32)));
+    if (!(any(lessThan(uv, vec2(0.0))))) {
+        local_1 = any(greaterThan(uv, vec2(1.0)));
     } else {
         local_1 = true;
     }
-    bool _e18 = local_1;
+    bool _e48 = local_1;
+    if (_e48) {
+        return Met(atlas, false, 0.0, false);
+    }
+    vec4 _e56 = textureLod(_group_0_binding_2_fs, vec2(atlas), camera.level);
+    if ((_e56.w < 0.5)) {
+        return Met(atlas, false, 0.0, false);
+    }
+    vec4 _e67 = textureLod(_group_0_binding_3_fs, vec2(atlas), camera.level);
+    float gap = (height - ((_e67.w * 2.0) - 1.0));
+    return Met(atlas, true, gap, (gap < 0.0));
+}
+
+void add(inout Blend blend_1, vec2 point_1, float weight, vec3 origin, vec3 ray_1, float depth) {
+    bool local_2 = false;
+    Met met = Met(vec2(0.0), false, 0.0, false);
+    bool hidden = false;
+    bool found = false;
+    Met before = Met(vec2(0.0), false, 0.0, false);
+    uint i = 1u;
+    bool local_3 = false;
+    float high = 0.0;
+    float low = 0.0;
+    bool local_4 = false;
+    bool above = false;
+    uint k = 0u;
+    bool local_5 = false;
+    bool local_6 = false;
+    vec3 _e6 = direction_of(point_1);
+    float slope = dot(ray_1, _e6);
+    if (!((weight <= 0.0))) {
+        local_2 = (slope > (-0.05 * length(ray_1)));
+    } else {
+        local_2 = true;
+    }
+    bool _e18 = local_2;
     if (_e18) {
         return;
     }
@@ -151,69 +202,141 @@ void add(inout Blend blend_1, vec2 point_1, float weight, vec3 origin, vec3 ray_
     float level = clamp(log2(max(texels, 1.0)), 0.0, float((_e62 - 1u)));
     uint _e70 = _group_0_binding_1_fs.tile;
     float edge = (0.5 / float((_e70 >> uint(ceil(level)))));
-    t = middle;
-    bool loop_init = true;
-    while(true) {
-        if (!loop_init) {
-            uint _e131 = i;
-            i = (_e131 + 1u);
+    Camera camera_1 = Camera(point_1, _e22, up, (start / vec3(radius)), (ray_1 / vec3(radius)), middle, (slope / radius), level, edge);
+    Met _e84 = look(camera_1, 0.0);
+    met = _e84;
+    uint _e88 = _group_0_binding_1_fs.steps;
+    if ((_e88 > 0u)) {
+        uint _e96 = _group_0_binding_1_fs.tile;
+        float wall = ((6.0 * exp2(level)) / float(_e96));
+        Met _e104 = look(camera_1, 1.0);
+        before = _e104;
+        bool loop_init = true;
+        while(true) {
+            if (!loop_init) {
+                uint _e193 = i;
+                i = (_e193 + 1u);
+            }
+            loop_init = false;
+            uint _e108 = i;
+            uint _e111 = _group_0_binding_1_fs.steps;
+            if ((_e108 <= _e111)) {
+                bool _e115 = found;
+                local_3 = !(_e115);
+            } else {
+                local_3 = false;
+            }
+            bool _e118 = local_3;
+            if (_e118) {
+            } else {
+                break;
+            }
+            {
+                uint _e119 = i;
+                uint _e127 = _group_0_binding_1_fs.steps;
+                high = (1.0 - ((2.0 * float((_e119 - 1u))) / float(_e127)));
+                uint _e133 = i;
+                uint _e139 = _group_0_binding_1_fs.steps;
+                low = (1.0 - ((2.0 * float(_e133)) / float(_e139)));
+                float _e145 = low;
+                Met _e146 = look(camera_1, _e145);
+                if (_e146.below) {
+                    bool _e151 = before.below;
+                    local_4 = !(_e151);
+                } else {
+                    local_4 = false;
+                }
+                bool _e154 = local_4;
+                if (_e154) {
+                    bool _e156 = before.covered;
+                    above = _e156;
+                    met = _e146;
+                    k = 0u;
+                    bool loop_init_1 = true;
+                    while(true) {
+                        if (!loop_init_1) {
+                            uint _e172 = k;
+                            k = (_e172 + 1u);
+                        }
+                        loop_init_1 = false;
+                        uint _e160 = k;
+                        if ((_e160 < BISECTIONS)) {
+                        } else {
+                            break;
+                        }
+                        {
+                            float _e163 = high;
+                            float _e164 = low;
+                            float half_ = ((_e163 + _e164) * 0.5);
+                            Met _e168 = look(camera_1, half_);
+                            if (_e168.below) {
+                                low = half_;
+                                met = _e168;
+                            } else {
+                                high = half_;
+                                above = _e168.covered;
+                            }
+                        }
+                    }
+                    bool _e174 = above;
+                    if (!(_e174)) {
+                        float _e179 = met.gap;
+                        local_5 = (-(_e179) <= wall);
+                    } else {
+                        local_5 = true;
+                    }
+                    bool _e183 = local_5;
+                    found = _e183;
+                    bool _e184 = hidden;
+                    if (!(_e184)) {
+                        bool _e188 = found;
+                        local_6 = !(_e188);
+                    } else {
+                        local_6 = true;
+                    }
+                    bool _e191 = local_6;
+                    hidden = _e191;
+                }
+                before = _e146;
+            }
         }
-        loop_init = false;
-        uint _e86 = i;
-        uint _e89 = _group_0_binding_1_fs.steps;
-        if ((_e86 <= _e89)) {
-        } else {
-            break;
+        bool _e195 = found;
+        if (!(_e195)) {
+            float _e198 = blend_1.weight;
+            bool _e199 = hidden;
+            blend_1.weight = (_e198 - (_e199 ? weight : 0.0));
+            return;
         }
-        {
-            float _e91 = t;
-            vec3 p_3 = ((start + (ray_1 * _e91)) / vec3(radius));
-            uv = (vec2((dot(p_3, _e22) + 1.0), (1.0 - dot(p_3, up))) * 0.5);
-            vec2 _e105 = uv;
-            uint _e114 = _group_0_binding_1_fs.frames;
-            atlas = ((point_1 + clamp(_e105, vec2(edge), vec2((1.0 - edge)))) / vec2(float(_e114)));
-            vec2 _e120 = atlas;
-            vec4 _e121 = textureLod(_group_0_binding_3_fs, vec2(_e120), level);
-            float height = ((_e121.w * 2.0) - 1.0);
-            t = (middle + ((height * radius) / slope));
-        }
-    }
-    vec2 _e133 = uv;
-    if (!(any(lessThan(_e133, vec2(0.0))))) {
-        vec2 _e141 = uv;
-        local_2 = any(greaterThan(_e141, vec2(1.0)));
     } else {
-        local_2 = true;
+        bool _e204 = met.covered;
+        if (!(_e204)) {
+            return;
+        }
     }
-    bool _e147 = local_2;
-    if (_e147) {
-        return;
-    }
-    vec2 _e150 = atlas;
-    vec4 color_2 = textureLod(_group_0_binding_2_fs, vec2(_e150), level);
-    float w = (color_2.w * weight);
-    float _e155 = blend_1.coverage;
-    blend_1.coverage = (_e155 + w);
-    float _e158 = blend_1.t;
-    float _e159 = t;
-    blend_1.t = (_e158 + (_e159 * w));
-    vec3 _e163 = blend_1.color;
-    blend_1.color = (_e163 + (color_2.xyz * w));
-    vec3 _e168 = blend_1.normal;
-    vec2 _e171 = atlas;
-    vec4 _e172 = textureLod(_group_0_binding_3_fs, vec2(_e171), level);
-    blend_1.normal = (_e168 + (((_e172.xyz * 2.0) - vec3(1.0)) * w));
-    vec3 _e182 = blend_1.emissive;
-    vec2 _e185 = atlas;
-    vec4 _e186 = textureLod(_group_0_binding_4_fs, vec2(_e185), level);
-    uint _e190 = _group_0_binding_1_fs.emits;
-    blend_1.emissive = (_e182 + (_e186.xyz * (w * float(_e190))));
+    vec2 _e209 = met.atlas;
+    vec4 data = textureLod(_group_0_binding_3_fs, vec2(_e209), level);
+    float t = (middle + ((((data.w * 2.0) - 1.0) * radius) / slope));
+    float _e220 = blend_1.coverage;
+    blend_1.coverage = (_e220 + weight);
+    float _e223 = blend_1.t;
+    blend_1.t = (_e223 + (t * weight));
+    vec3 _e227 = blend_1.color;
+    vec2 _e231 = met.atlas;
+    vec4 _e232 = textureLod(_group_0_binding_2_fs, vec2(_e231), level);
+    blend_1.color = (_e227 + (_e232.xyz * weight));
+    vec3 _e237 = blend_1.normal;
+    blend_1.normal = (_e237 + (((data.xyz * 2.0) - vec3(1.0)) * weight));
+    vec3 _e247 = blend_1.emissive;
+    vec2 _e251 = met.atlas;
+    vec4 _e252 = textureLod(_group_0_binding_4_fs, vec2(_e251), level);
+    uint _e256 = _group_0_binding_1_fs.emits;
+    blend_1.emissive = (_e247 + (_e252.xyz * (weight * float(_e256))));
     return;
 }
 
 vec3 lit(vec3 base, vec3 normal, vec3 position) {
     vec3 color_1 = vec3(0.0);
-    bool local_3 = false;
+    bool local_7 = false;
     vec4 _e5 = _group_0_binding_0_fs.to_sun;
     float sun = max(dot(normal, _e5.xyz), 0.0);
     vec4 _e12 = _group_0_binding_0_fs.ground;
@@ -223,11 +346,11 @@ vec3 lit(vec3 base, vec3 normal, vec3 position) {
     color_1 = (base * ((_e26.xyz * sun) + ambient));
     float _e35 = _group_0_binding_0_fs.sun.w;
     if ((_e35 > 0.0)) {
-        local_3 = (sun > 0.0);
+        local_7 = (sun > 0.0);
     } else {
-        local_3 = false;
+        local_7 = false;
     }
-    bool _e43 = local_3;
+    bool _e43 = local_7;
     if (_e43) {
         vec4 _e46 = _group_0_binding_0_fs.eye;
         float _e51 = _group_0_binding_0_fs.eye.w;

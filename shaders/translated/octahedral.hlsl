@@ -43,10 +43,38 @@ struct Blend {
     int _end_pad_1;
 };
 
+struct Camera {
+    float2 point_;
+    int _pad1_0;
+    int _pad1_1;
+    float3 right;
+    int _pad2_0;
+    float3 up;
+    int _pad3_0;
+    float3 start;
+    int _pad4_0;
+    float3 ray;
+    float middle;
+    float slope;
+    float level;
+    float edge;
+    int _end_pad_0;
+};
+
+struct Met {
+    float2 atlas;
+    bool covered;
+    float gap;
+    bool below;
+    int _end_pad_0;
+};
+
 struct Fragment {
     float4 color : SV_Target0;
     float depth : SV_Depth;
 };
+
+static const uint BISECTIONS = 5u;
 
 cbuffer frame : register(b0) { Frame frame; }
 cbuffer impostor : register(b1) { Impostor impostor; }
@@ -140,27 +168,87 @@ float3 direction_of(float2 point_)
     return normalize(float3(p_2.x, y, p_2.y));
 }
 
+Met ConstructMet(float2 arg0, bool arg1, float arg2, bool arg3) {
+    Met ret = (Met)0;
+    ret.atlas = arg0;
+    ret.covered = arg1;
+    ret.gap = arg2;
+    ret.below = arg3;
+    return ret;
+}
+
+Met look(Camera camera, float height)
+{
+    bool local_1 = (bool)0;
+
+    float3 p_3 = (camera.start + (camera.ray * (camera.middle + (height / camera.slope))));
+    float2 uv = (float2((dot(p_3, camera.right) + 1.0), (1.0 - dot(p_3, camera.up))) * 0.5);
+    uint _e32 = impostor.frames;
+    float2 atlas = ((camera.point_ + clamp(uv, (camera.edge).xx, ((1.0 - camera.edge)).xx)) / (float(_e32)).xx);
+    if (!(any((uv < (0.0).xx)))) {
+        local_1 = any((uv > (1.0).xx));
+    } else {
+        local_1 = true;
+    }
+    bool _e48 = local_1;
+    if (_e48) {
+        const Met met_1 = ConstructMet(atlas, false, 0.0, false);
+        return met_1;
+    }
+    float4 _e56 = color_atlas.SampleLevel(smooth_sampler, atlas, camera.level);
+    if ((_e56.w < 0.5)) {
+        const Met met_2 = ConstructMet(atlas, false, 0.0, false);
+        return met_2;
+    }
+    float4 _e67 = normal_atlas.SampleLevel(smooth_sampler, atlas, camera.level);
+    float gap = (height - ((_e67.w * 2.0) - 1.0));
+    const Met met_3 = ConstructMet(atlas, true, gap, (gap < 0.0));
+    return met_3;
+}
+
+Camera ConstructCamera(float2 arg0, float3 arg1, float3 arg2, float3 arg3, float3 arg4, float arg5, float arg6, float arg7, float arg8) {
+    Camera ret = (Camera)0;
+    ret.point_ = arg0;
+    ret.right = arg1;
+    ret.up = arg2;
+    ret.start = arg3;
+    ret.ray = arg4;
+    ret.middle = arg5;
+    ret.slope = arg6;
+    ret.level = arg7;
+    ret.edge = arg8;
+    return ret;
+}
+
 uint naga_f2u32(float value) {
     return uint(clamp(value, 0.0, 4294967000.0));
 }
 
 void add(inout Blend blend_1, float2 point_1, float weight, float3 origin, float3 ray_1, float depth)
 {
-    bool local_1 = (bool)0;
-    float t = (float)0;
-    float2 uv = (0.0).xx;
-    float2 atlas = (0.0).xx;
-    uint i = 0u;
     bool local_2 = (bool)0;
+    Met met = (Met)0;
+    bool hidden = false;
+    bool found = false;
+    Met before = (Met)0;
+    uint i = 1u;
+    bool local_3 = (bool)0;
+    float high = (float)0;
+    float low = (float)0;
+    bool local_4 = (bool)0;
+    bool above = (bool)0;
+    uint k = (uint)0;
+    bool local_5 = (bool)0;
+    bool local_6 = (bool)0;
 
     const float3 _e6 = direction_of(point_1);
     float slope = dot(ray_1, _e6);
     if (!((weight <= 0.0))) {
-        local_1 = (slope > (-0.05 * length(ray_1)));
+        local_2 = (slope > (-0.05 * length(ray_1)));
     } else {
-        local_1 = true;
+        local_2 = true;
     }
-    bool _e18 = local_1;
+    bool _e18 = local_2;
     if (_e18) {
         return;
     }
@@ -181,73 +269,148 @@ void add(inout Blend blend_1, float2 point_1, float weight, float3 origin, float
     float level = clamp(log2(max(texels, 1.0)), 0.0, float((_e62 - 1u)));
     uint _e70 = impostor.tile;
     float edge = (0.5 / float((_e70 >> naga_f2u32(ceil(level)))));
-    t = middle;
-    uint2 loop_bound = uint2(4294967295u, 4294967295u);
-    bool loop_init = true;
-    while(true) {
-        if (all(loop_bound == uint2(0u, 0u))) { break; }
-        loop_bound -= uint2(loop_bound.y == 0u, 1u);
-        if (!loop_init) {
-            uint _e131 = i;
-            i = (_e131 + 1u);
+    Camera camera_1 = ConstructCamera(point_1, _e22, up, (start / (radius).xxx), (ray_1 / (radius).xxx), middle, (slope / radius), level, edge);
+    const Met _e84 = look(camera_1, 0.0);
+    met = _e84;
+    uint _e88 = impostor.steps;
+    if ((_e88 > 0u)) {
+        uint _e96 = impostor.tile;
+        float wall = ((6.0 * exp2(level)) / float(_e96));
+        const Met _e104 = look(camera_1, 1.0);
+        before = _e104;
+        uint2 loop_bound = uint2(4294967295u, 4294967295u);
+        bool loop_init = true;
+        while(true) {
+            if (all(loop_bound == uint2(0u, 0u))) { break; }
+            loop_bound -= uint2(loop_bound.y == 0u, 1u);
+            if (!loop_init) {
+                uint _e193 = i;
+                i = (_e193 + 1u);
+            }
+            loop_init = false;
+            uint _e108 = i;
+            uint _e111 = impostor.steps;
+            if ((_e108 <= _e111)) {
+                bool _e115 = found;
+                local_3 = !(_e115);
+            } else {
+                local_3 = false;
+            }
+            bool _e118 = local_3;
+            if (_e118) {
+            } else {
+                break;
+            }
+            {
+                uint _e119 = i;
+                uint _e127 = impostor.steps;
+                high = (1.0 - ((2.0 * float((_e119 - 1u))) / float(_e127)));
+                uint _e133 = i;
+                uint _e139 = impostor.steps;
+                low = (1.0 - ((2.0 * float(_e133)) / float(_e139)));
+                float _e145 = low;
+                const Met _e146 = look(camera_1, _e145);
+                if (_e146.below) {
+                    bool _e151 = before.below;
+                    local_4 = !(_e151);
+                } else {
+                    local_4 = false;
+                }
+                bool _e154 = local_4;
+                if (_e154) {
+                    bool _e156 = before.covered;
+                    above = _e156;
+                    met = _e146;
+                    k = 0u;
+                    uint2 loop_bound_1 = uint2(4294967295u, 4294967295u);
+                    bool loop_init_1 = true;
+                    while(true) {
+                        if (all(loop_bound_1 == uint2(0u, 0u))) { break; }
+                        loop_bound_1 -= uint2(loop_bound_1.y == 0u, 1u);
+                        if (!loop_init_1) {
+                            uint _e172 = k;
+                            k = (_e172 + 1u);
+                        }
+                        loop_init_1 = false;
+                        uint _e160 = k;
+                        if ((_e160 < BISECTIONS)) {
+                        } else {
+                            break;
+                        }
+                        {
+                            float _e163 = high;
+                            float _e164 = low;
+                            float half_ = ((_e163 + _e164) * 0.5);
+                            const Met _e168 = look(camera_1, half_);
+                            if (_e168.below) {
+                                low = half_;
+                                met = _e168;
+                            } else {
+                                high = half_;
+                                above = _e168.covered;
+                            }
+                        }
+                    }
+                    bool _e174 = above;
+                    if (!(_e174)) {
+                        float _e179 = met.gap;
+                        local_5 = (-(_e179) <= wall);
+                    } else {
+                        local_5 = true;
+                    }
+                    bool _e183 = local_5;
+                    found = _e183;
+                    bool _e184 = hidden;
+                    if (!(_e184)) {
+                        bool _e188 = found;
+                        local_6 = !(_e188);
+                    } else {
+                        local_6 = true;
+                    }
+                    bool _e191 = local_6;
+                    hidden = _e191;
+                }
+                before = _e146;
+            }
         }
-        loop_init = false;
-        uint _e86 = i;
-        uint _e89 = impostor.steps;
-        if ((_e86 <= _e89)) {
-        } else {
-            break;
+        bool _e195 = found;
+        if (!(_e195)) {
+            float _e198 = blend_1.weight;
+            bool _e199 = hidden;
+            blend_1.weight = (_e198 - (_e199 ? weight : 0.0));
+            return;
         }
-        {
-            float _e91 = t;
-            float3 p_3 = ((start + (ray_1 * _e91)) / (radius).xxx);
-            uv = (float2((dot(p_3, _e22) + 1.0), (1.0 - dot(p_3, up))) * 0.5);
-            float2 _e105 = uv;
-            uint _e114 = impostor.frames;
-            atlas = ((point_1 + clamp(_e105, (edge).xx, ((1.0 - edge)).xx)) / (float(_e114)).xx);
-            float2 _e120 = atlas;
-            float4 _e121 = normal_atlas.SampleLevel(smooth_sampler, _e120, level);
-            float height = ((_e121.w * 2.0) - 1.0);
-            t = (middle + ((height * radius) / slope));
-        }
-    }
-    float2 _e133 = uv;
-    if (!(any((_e133 < (0.0).xx)))) {
-        float2 _e141 = uv;
-        local_2 = any((_e141 > (1.0).xx));
     } else {
-        local_2 = true;
+        bool _e204 = met.covered;
+        if (!(_e204)) {
+            return;
+        }
     }
-    bool _e147 = local_2;
-    if (_e147) {
-        return;
-    }
-    float2 _e150 = atlas;
-    float4 color_2 = color_atlas.SampleLevel(smooth_sampler, _e150, level);
-    float w = (color_2.w * weight);
-    float _e155 = blend_1.coverage;
-    blend_1.coverage = (_e155 + w);
-    float _e158 = blend_1.t;
-    float _e159 = t;
-    blend_1.t = (_e158 + (_e159 * w));
-    float3 _e163 = blend_1.color;
-    blend_1.color = (_e163 + (color_2.xyz * w));
-    float3 _e168 = blend_1.normal;
-    float2 _e171 = atlas;
-    float4 _e172 = normal_atlas.SampleLevel(smooth_sampler, _e171, level);
-    blend_1.normal = (_e168 + (((_e172.xyz * 2.0) - (1.0).xxx) * w));
-    float3 _e182 = blend_1.emissive;
-    float2 _e185 = atlas;
-    float4 _e186 = emissive_atlas.SampleLevel(smooth_sampler, _e185, level);
-    uint _e190 = impostor.emits;
-    blend_1.emissive = (_e182 + (_e186.xyz * (w * float(_e190))));
+    float2 _e209 = met.atlas;
+    float4 data = normal_atlas.SampleLevel(smooth_sampler, _e209, level);
+    float t = (middle + ((((data.w * 2.0) - 1.0) * radius) / slope));
+    float _e220 = blend_1.coverage;
+    blend_1.coverage = (_e220 + weight);
+    float _e223 = blend_1.t;
+    blend_1.t = (_e223 + (t * weight));
+    float3 _e227 = blend_1.color;
+    float2 _e231 = met.atlas;
+    float4 _e232 = color_atlas.SampleLevel(smooth_sampler, _e231, level);
+    blend_1.color = (_e227 + (_e232.xyz * weight));
+    float3 _e237 = blend_1.normal;
+    blend_1.normal = (_e237 + (((data.xyz * 2.0) - (1.0).xxx) * weight));
+    float3 _e247 = blend_1.emissive;
+    float2 _e251 = met.atlas;
+    float4 _e252 = emissive_atlas.SampleLevel(smooth_sampler, _e251, level);
+    uint _e256 = impostor.emits;
+    blend_1.emissive = (_e247 + (_e252.xyz * (weight * float(_e256))));
     return;
 }
 
 float3 lit_(float3 base, float3 normal, float3 position)
 {
     float3 color_1 = (float3)0;
-    bool local_3 = (bool)0;
+    bool local_7 = (bool)0;
 
     float4 _e5 = frame.to_sun;
     float sun = max(dot(normal, _e5.xyz), 0.0);
@@ -258,11 +421,11 @@ float3 lit_(float3 base, float3 normal, float3 position)
     color_1 = (base * ((_e26.xyz * sun) + ambient));
     float _e35 = frame.sun.w;
     if ((_e35 > 0.0)) {
-        local_3 = (sun > 0.0);
+        local_7 = (sun > 0.0);
     } else {
-        local_3 = false;
+        local_7 = false;
     }
-    bool _e43 = local_3;
+    bool _e43 = local_7;
     if (_e43) {
         float4 _e46 = frame.eye;
         float _e51 = frame.eye.w;
@@ -297,8 +460,8 @@ Card ConstructCard(float4 arg0, float3 arg1) {
 VertexOutput_card_vertex card_vertex(uint index : SV_VertexID)
 {
     uint triangle_ = naga_div(index, 3u);
-    uint k = naga_mod(index, 3u);
-    uint corner = ((k == 0u) ? 0u : (triangle_ + k));
+    uint k_1 = naga_mod(index, 3u);
+    uint corner = ((k_1 == 0u) ? 0u : (triangle_ + k_1));
     float4 pair = impostor.card[naga_div(corner, 2u)];
     float2 at = (((corner & 1u) == 1u) ? pair.zw : pair.xy);
     const float3 _e23 = towards_eye();

@@ -44,11 +44,33 @@ struct Blend {
     float weight;
     char _pad6[8];
 };
+struct Camera {
+    metal::float2 point;
+    char _pad1[8];
+    metal::float3 right;
+    metal::float3 up;
+    metal::float3 start;
+    metal::packed_float3 ray;
+    float middle;
+    float slope;
+    float level;
+    float edge;
+    char _pad9[4];
+};
+struct Met {
+    metal::float2 atlas;
+    bool covered;
+    char _pad2[3];
+    float gap;
+    bool below;
+    char _pad4[7];
+};
 struct Fragment {
     metal::float4 color;
     float depth;
     char _pad2[12];
 };
+constant uint BISECTIONS = 5u;
 
 metal::float3 towards_eye(
     constant Frame& frame,
@@ -129,6 +151,37 @@ metal::float3 direction_of(
     return metal::normalize(metal::float3(p_2.x, y, p_2.y));
 }
 
+Met look(
+    Camera camera,
+    float height,
+    constant Impostor& impostor,
+    metal::texture2d<float, metal::access::sample> color_atlas,
+    metal::texture2d<float, metal::access::sample> normal_atlas,
+    metal::sampler smooth_sampler
+) {
+    bool local_1 = {};
+    metal::float3 p_3 = camera.start + (camera.ray * (camera.middle + (height / camera.slope)));
+    metal::float2 uv = metal::float2(metal::dot(p_3, camera.right) + 1.0, 1.0 - metal::dot(p_3, camera.up)) * 0.5;
+    uint _e32 = impostor.frames;
+    metal::float2 atlas = (camera.point + metal::clamp(uv, metal::float2(camera.edge), metal::float2(1.0 - camera.edge))) / metal::float2(static_cast<float>(_e32));
+    if (!(metal::any(uv < metal::float2(0.0)))) {
+        local_1 = metal::any(uv > metal::float2(1.0));
+    } else {
+        local_1 = true;
+    }
+    bool _e48 = local_1;
+    if (_e48) {
+        return Met {atlas, false, {}, 0.0, false};
+    }
+    metal::float4 _e56 = color_atlas.sample(smooth_sampler, atlas, metal::level(camera.level));
+    if (_e56.w < 0.5) {
+        return Met {atlas, false, {}, 0.0, false};
+    }
+    metal::float4 _e67 = normal_atlas.sample(smooth_sampler, atlas, metal::level(camera.level));
+    float gap = height - ((_e67.w * 2.0) - 1.0);
+    return Met {atlas, true, {}, gap, gap < 0.0};
+}
+
 uint naga_f2u32(float value) {
     return static_cast<uint>(metal::clamp(value, 0.0, 4294967000.0));
 }
@@ -147,20 +200,28 @@ void add(
     metal::texture2d<float, metal::access::sample> emissive_atlas,
     metal::sampler smooth_sampler
 ) {
-    bool local_1 = {};
-    float t = {};
-    metal::float2 uv = metal::float2(0.0);
-    metal::float2 atlas = metal::float2(0.0);
-    uint i = 0u;
     bool local_2 = {};
+    Met met = {};
+    bool hidden = false;
+    bool found = false;
+    Met before = {};
+    uint i = 1u;
+    bool local_3 = {};
+    float high = {};
+    float low = {};
+    bool local_4 = {};
+    bool above = {};
+    uint k = {};
+    bool local_5 = {};
+    bool local_6 = {};
     metal::float3 _e6 = direction_of(point_1, impostor);
     float slope = metal::dot(ray_1, _e6);
     if (!((weight <= 0.0))) {
-        local_1 = slope > (-0.05 * metal::length(ray_1));
+        local_2 = slope > (-0.05 * metal::length(ray_1));
     } else {
-        local_1 = true;
+        local_2 = true;
     }
-    bool _e18 = local_1;
+    bool _e18 = local_2;
     if (_e18) {
         return;
     }
@@ -181,66 +242,141 @@ void add(
     float level = metal::clamp(metal::log2(metal::max(texels, 1.0)), 0.0, static_cast<float>(_e62 - 1u));
     uint _e70 = impostor.tile;
     float edge = 0.5 / static_cast<float>(_e70 >> naga_f2u32(metal::ceil(level)));
-    t = middle;
-    uint2 loop_bound = uint2(4294967295u);
-    bool loop_init = true;
-    while(true) {
-        if (metal::all(loop_bound == uint2(0u))) { break; }
-        loop_bound -= uint2(loop_bound.y == 0u, 1u);
-        if (!loop_init) {
-            uint _e131 = i;
-            i = _e131 + 1u;
+    Camera camera_1 = Camera {point_1, {}, _e22, up, start / metal::float3(radius), ray_1 / metal::float3(radius), middle, slope / radius, level, edge};
+    Met _e84 = look(camera_1, 0.0, impostor, color_atlas, normal_atlas, smooth_sampler);
+    met = _e84;
+    uint _e88 = impostor.steps;
+    if (_e88 > 0u) {
+        uint _e96 = impostor.tile;
+        float wall = (6.0 * metal::exp2(level)) / static_cast<float>(_e96);
+        Met _e104 = look(camera_1, 1.0, impostor, color_atlas, normal_atlas, smooth_sampler);
+        before = _e104;
+        uint2 loop_bound = uint2(4294967295u);
+        bool loop_init = true;
+        while(true) {
+            if (metal::all(loop_bound == uint2(0u))) { break; }
+            loop_bound -= uint2(loop_bound.y == 0u, 1u);
+            if (!loop_init) {
+                uint _e193 = i;
+                i = _e193 + 1u;
+            }
+            loop_init = false;
+            uint _e108 = i;
+            uint _e111 = impostor.steps;
+            if (_e108 <= _e111) {
+                bool _e115 = found;
+                local_3 = !(_e115);
+            } else {
+                local_3 = false;
+            }
+            bool _e118 = local_3;
+            if (_e118) {
+            } else {
+                break;
+            }
+            {
+                uint _e119 = i;
+                uint _e127 = impostor.steps;
+                high = 1.0 - ((2.0 * static_cast<float>(_e119 - 1u)) / static_cast<float>(_e127));
+                uint _e133 = i;
+                uint _e139 = impostor.steps;
+                low = 1.0 - ((2.0 * static_cast<float>(_e133)) / static_cast<float>(_e139));
+                float _e145 = low;
+                Met _e146 = look(camera_1, _e145, impostor, color_atlas, normal_atlas, smooth_sampler);
+                if (_e146.below) {
+                    bool _e151 = before.below;
+                    local_4 = !(_e151);
+                } else {
+                    local_4 = false;
+                }
+                bool _e154 = local_4;
+                if (_e154) {
+                    bool _e156 = before.covered;
+                    above = _e156;
+                    met = _e146;
+                    k = 0u;
+                    uint2 loop_bound_1 = uint2(4294967295u);
+                    bool loop_init_1 = true;
+                    while(true) {
+                        if (metal::all(loop_bound_1 == uint2(0u))) { break; }
+                        loop_bound_1 -= uint2(loop_bound_1.y == 0u, 1u);
+                        if (!loop_init_1) {
+                            uint _e172 = k;
+                            k = _e172 + 1u;
+                        }
+                        loop_init_1 = false;
+                        uint _e160 = k;
+                        if (_e160 < BISECTIONS) {
+                        } else {
+                            break;
+                        }
+                        {
+                            float _e163 = high;
+                            float _e164 = low;
+                            float half_ = (_e163 + _e164) * 0.5;
+                            Met _e168 = look(camera_1, half_, impostor, color_atlas, normal_atlas, smooth_sampler);
+                            if (_e168.below) {
+                                low = half_;
+                                met = _e168;
+                            } else {
+                                high = half_;
+                                above = _e168.covered;
+                            }
+                        }
+                    }
+                    bool _e174 = above;
+                    if (!(_e174)) {
+                        float _e179 = met.gap;
+                        local_5 = -(_e179) <= wall;
+                    } else {
+                        local_5 = true;
+                    }
+                    bool _e183 = local_5;
+                    found = _e183;
+                    bool _e184 = hidden;
+                    if (!(_e184)) {
+                        bool _e188 = found;
+                        local_6 = !(_e188);
+                    } else {
+                        local_6 = true;
+                    }
+                    bool _e191 = local_6;
+                    hidden = _e191;
+                }
+                before = _e146;
+            }
         }
-        loop_init = false;
-        uint _e86 = i;
-        uint _e89 = impostor.steps;
-        if (_e86 <= _e89) {
-        } else {
-            break;
+        bool _e195 = found;
+        if (!(_e195)) {
+            float _e198 = blend_1.weight;
+            bool _e199 = hidden;
+            blend_1.weight = _e198 - (_e199 ? weight : 0.0);
+            return;
         }
-        {
-            float _e91 = t;
-            metal::float3 p_3 = (start + (ray_1 * _e91)) / metal::float3(radius);
-            uv = metal::float2(metal::dot(p_3, _e22) + 1.0, 1.0 - metal::dot(p_3, up)) * 0.5;
-            metal::float2 _e105 = uv;
-            uint _e114 = impostor.frames;
-            atlas = (point_1 + metal::clamp(_e105, metal::float2(edge), metal::float2(1.0 - edge))) / metal::float2(static_cast<float>(_e114));
-            metal::float2 _e120 = atlas;
-            metal::float4 _e121 = normal_atlas.sample(smooth_sampler, _e120, metal::level(level));
-            float height = (_e121.w * 2.0) - 1.0;
-            t = middle + ((height * radius) / slope);
-        }
-    }
-    metal::float2 _e133 = uv;
-    if (!(metal::any(_e133 < metal::float2(0.0)))) {
-        metal::float2 _e141 = uv;
-        local_2 = metal::any(_e141 > metal::float2(1.0));
     } else {
-        local_2 = true;
+        bool _e204 = met.covered;
+        if (!(_e204)) {
+            return;
+        }
     }
-    bool _e147 = local_2;
-    if (_e147) {
-        return;
-    }
-    metal::float2 _e150 = atlas;
-    metal::float4 color_2 = color_atlas.sample(smooth_sampler, _e150, metal::level(level));
-    float w = color_2.w * weight;
-    float _e155 = blend_1.coverage;
-    blend_1.coverage = _e155 + w;
-    float _e158 = blend_1.t;
-    float _e159 = t;
-    blend_1.t = _e158 + (_e159 * w);
-    metal::float3 _e163 = blend_1.color;
-    blend_1.color = _e163 + (color_2.xyz * w);
-    metal::float3 _e168 = blend_1.normal;
-    metal::float2 _e171 = atlas;
-    metal::float4 _e172 = normal_atlas.sample(smooth_sampler, _e171, metal::level(level));
-    blend_1.normal = _e168 + (((_e172.xyz * 2.0) - metal::float3(1.0)) * w);
-    metal::float3 _e182 = blend_1.emissive;
-    metal::float2 _e185 = atlas;
-    metal::float4 _e186 = emissive_atlas.sample(smooth_sampler, _e185, metal::level(level));
-    uint _e190 = impostor.emits;
-    blend_1.emissive = _e182 + (_e186.xyz * (w * static_cast<float>(_e190)));
+    metal::float2 _e209 = met.atlas;
+    metal::float4 data = normal_atlas.sample(smooth_sampler, _e209, metal::level(level));
+    float t = middle + ((((data.w * 2.0) - 1.0) * radius) / slope);
+    float _e220 = blend_1.coverage;
+    blend_1.coverage = _e220 + weight;
+    float _e223 = blend_1.t;
+    blend_1.t = _e223 + (t * weight);
+    metal::float3 _e227 = blend_1.color;
+    metal::float2 _e231 = met.atlas;
+    metal::float4 _e232 = color_atlas.sample(smooth_sampler, _e231, metal::level(level));
+    blend_1.color = _e227 + (_e232.xyz * weight);
+    metal::float3 _e237 = blend_1.normal;
+    blend_1.normal = _e237 + (((data.xyz * 2.0) - metal::float3(1.0)) * weight);
+    metal::float3 _e247 = blend_1.emissive;
+    metal::float2 _e251 = met.atlas;
+    metal::float4 _e252 = emissive_atlas.sample(smooth_sampler, _e251, metal::level(level));
+    uint _e256 = impostor.emits;
+    blend_1.emissive = _e247 + (_e252.xyz * (weight * static_cast<float>(_e256)));
     return;
 }
 
@@ -251,7 +387,7 @@ metal::float3 lit(
     constant Frame& frame
 ) {
     metal::float3 color_1 = {};
-    bool local_3 = {};
+    bool local_7 = {};
     metal::float4 _e5 = frame.to_sun;
     float sun = metal::max(metal::dot(normal, _e5.xyz), 0.0);
     metal::float4 _e12 = frame.ground;
@@ -261,11 +397,11 @@ metal::float3 lit(
     color_1 = base * ((_e26.xyz * sun) + ambient);
     float _e35 = frame.sun.w;
     if (_e35 > 0.0) {
-        local_3 = sun > 0.0;
+        local_7 = sun > 0.0;
     } else {
-        local_3 = false;
+        local_7 = false;
     }
-    bool _e43 = local_3;
+    bool _e43 = local_7;
     if (_e43) {
         metal::float4 _e46 = frame.eye;
         float _e51 = frame.eye.w;
@@ -302,8 +438,8 @@ vertex card_vertexOutput card_vertex(
 , constant Impostor& impostor [[user(fake0)]]
 ) {
     uint triangle = naga_div(index, 3u);
-    uint k = naga_mod(index, 3u);
-    uint corner = (k == 0u) ? 0u : (triangle + k);
+    uint k_1 = naga_mod(index, 3u);
+    uint corner = (k_1 == 0u) ? 0u : (triangle + k_1);
     metal::float4 pair = impostor.card.inner[naga_div(corner, 2u)];
     metal::float2 at = ((corner & 1u) == 1u) ? pair.zw : pair.xy;
     metal::float3 _e23 = towards_eye(frame, impostor);

@@ -33,10 +33,29 @@ struct Blend {
     float coverage;
     float weight;
 };
+struct Camera {
+    vec2 point;
+    vec3 right;
+    vec3 up;
+    vec3 start;
+    vec3 ray;
+    float middle;
+    float slope;
+    float level;
+    float edge;
+};
+struct Met {
+    vec2 atlas;
+    bool covered;
+    float gap;
+    bool below;
+};
 struct Fragment {
     vec4 color;
     float depth;
 };
+const uint BISECTIONS = 5u;
+
 layout(std140) uniform Frame_block_0Vertex { Frame _group_0_binding_0_vs; };
 
 layout(std140) uniform Impostor_block_1Vertex { Impostor _group_0_binding_1_vs; };
@@ -111,7 +130,7 @@ vec3 direction_of(vec2 point) {
 
 vec3 lit(vec3 base, vec3 normal, vec3 position) {
     vec3 color_1 = vec3(0.0);
-    bool local_3 = false;
+    bool local_7 = false;
     vec4 _e5 = _group_0_binding_0_vs.to_sun;
     float sun = max(dot(normal, _e5.xyz), 0.0);
     vec4 _e12 = _group_0_binding_0_vs.ground;
@@ -121,11 +140,11 @@ vec3 lit(vec3 base, vec3 normal, vec3 position) {
     color_1 = (base * ((_e26.xyz * sun) + ambient));
     float _e35 = _group_0_binding_0_vs.sun.w;
     if ((_e35 > 0.0)) {
-        local_3 = (sun > 0.0);
+        local_7 = (sun > 0.0);
     } else {
-        local_3 = false;
+        local_7 = false;
     }
-    bool _e43 = local_3;
+    bool _e43 = local_7;
     if (_e43) {
         vec4 _e46 = _group_0_binding_0_vs.eye;
         float _e51 = _group_0_binding_0_vs.eye.w;
@@ -145,8 +164,8 @@ vec3 lit(vec3 base, vec3 normal, vec3 position) {
 void main() {
     uint index = uint(gl_VertexID);
     uint triangle = (index / 3u);
-    uint k = (index % 3u);
-    uint corner = ((k == 0u) ? 0u : (triangle + k));
+    uint k_1 = (index % 3u);
+    uint corner = ((k_1 == 0u) ? 0u : (triangle + k_1));
     vec4 pair = _group_0_binding_1_vs.card[(corner / 2u)];
     vec2 at = (((corner & 1u) == 1u) ? pair.zw : pair.xy);
     vec3 _e23 = towards_eye();
