@@ -57,7 +57,10 @@ pub fn pack(captures: &[(&str, &Capture)], tile: Option<u32>, stop: &Stop) -> Re
     let materials = !captures[0].1.layers[0].orm.is_empty();
     if let Some((name, _)) = captures.iter().find(|(_, c)| c.layers[0].orm.is_empty() == materials) {
         let what = if materials { "no images of materials" } else { "images of materials" };
-        return Err(PackError::View { name: (*name).to_owned(), what: format!("{what}, other than the first capture") });
+        return Err(PackError::View {
+            name: (*name).to_owned(),
+            what: format!("{what}, other than the first capture"),
+        });
     }
     let frames = captures.par_iter().map(|(_, capture)| {
         stop.check()?;
@@ -214,8 +217,7 @@ fn frame(capture: &Capture, tile: u32, centre: DVec3, radius: f64) -> Frame {
 /// Where a texel at most `reach` rows and columns away is covered, in an image whose side is `side`.
 fn within(covered: &[bool], side: usize, reach: usize) -> Vec<bool> {
     let around = |v: usize| v.saturating_sub(reach)..=(v + reach).min(side - 1);
-    let rows: Vec<bool> =
-        (0..side * side).map(|i| around(i % side).any(|x| covered[i / side * side + x])).collect();
+    let rows: Vec<bool> = (0..side * side).map(|i| around(i % side).any(|x| covered[i / side * side + x])).collect();
     (0..side * side).map(|i| around(i / side).any(|y| rows[y * side + i % side])).collect()
 }
 

@@ -255,9 +255,7 @@ fn materials_are_packed_where_they_were_captured() {
     let mut scene = cube();
     let material = Material { roughness: 0.25, metallic: 1.0, emissive: [0.0, 1.0, 0.0], ..Material::default() };
     scene.objects[0].parts[0].material = Arc::new(material);
-    let take = |scene: &Scene| {
-        captured_by(&Shader::with_finishes(&Geometry::new(scene)), scene, GRIDS[0], 32, 2.0)
-    };
+    let take = |scene: &Scene| captured_by(&Shader::with_finishes(&Geometry::new(scene)), scene, GRIDS[0], 32, 2.0);
     let shining = take(&scene);
     let atlas = packed(&shining, Some(16)).unwrap().atlas;
     // Dilated, so everywhere.
@@ -319,7 +317,11 @@ fn levels_keep_coverage_and_colour() {
         let half = 32.0 / (f64::from(level.side) * f64::from(level.side)) + 1e-9;
         for i in 0..64 {
             let (found, expect) = (passes(level, i % 8, i / 8), passes(&all[0], i % 8, i / 8));
-            assert!(expect > 0.1 && (found - expect).abs() <= half, "{found} of {expect} in frames of {}", level.side / 8);
+            assert!(
+                expect > 0.1 && (found - expect).abs() <= half,
+                "{found} of {expect} in frames of {}",
+                level.side / 8
+            );
         }
         assert!((0..3).all(|k| (mean(level, k) - mean(&all[0], k)).abs() < 0.01));
     }
