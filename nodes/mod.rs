@@ -50,7 +50,7 @@ kinds! {
         /// `compress`: the same in fewer bytes.
         compress { ranges::Ranges, textures::Textures }
         /// `evaluate`: certificates.
-        evaluate { directions::Directions, points::Points, views::Views }
+        evaluate { coverage::Coverage, directions::Directions, points::Points, views::Views }
         /// `peel`: more than the nearest surface.
         peel { layers::Layers, solid::Solid }
         /// `resample`: textures for simplified meshes.
