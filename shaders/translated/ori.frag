@@ -405,8 +405,6 @@ float meet(uint map_3, ivec2 first_2, Ray ray, float start, float end) {
 }
 
 float search_pyramid(uint map_4, Ray ray_1, float t0_, float t1_) {
-    float nudge = 0.0;
-    float slack = 0.002;
     uint level = 0u;
     float t = 0.0;
     uint i = 0u;
@@ -414,11 +412,9 @@ float search_pyramid(uint map_4, Ray ray_1, float t0_, float t1_) {
     bool local_13 = false;
     vec3 o = ray_1.origin;
     vec3 d_1 = ray_1.direction;
-    float lateral = max(abs(d_1.x), abs(d_1.y));
-    if ((lateral > 0.0)) {
-        nudge = (0.0005 / lateral);
-        slack = (0.002 / lateral);
-    }
+    float pace = max(max(abs(d_1.x), abs(d_1.y)), (0.05 * abs(d_1.z)));
+    float nudge = (0.0005 / pace);
+    float slack = (0.002 / pace);
     uint n = _group_0_binding_1_fs.squares;
     uint top = uint(findLSB(n));
     vec2 begin_1 = (o.xy - vec2(0.5));
@@ -426,76 +422,70 @@ float search_pyramid(uint map_4, Ray ray_1, float t0_, float t1_) {
     vec2 over = (vec2(1.0) / mix(d_1.xy, vec2(1.0), still));
     ivec2 ahead = ivec2(greaterThan(d_1.xy, vec2(0.0)));
     level = min(2u, top);
-    float _e48 = nudge;
-    t = min((t0_ + _e48), ((t0_ + t1_) * 0.5));
+    t = min((t0_ + nudge), ((t0_ + t1_) * 0.5));
     bool loop_init_4 = true;
     while(true) {
         if (!loop_init_4) {
-            uint _e172 = i;
-            i = (_e172 + 1u);
+            uint _e165 = i;
+            i = (_e165 + 1u);
         }
         loop_init_4 = false;
-        uint _e57 = i;
-        if ((_e57 < (8u * n))) {
-            float _e63 = t;
-            local_12 = (_e63 < t1_);
+        uint _e55 = i;
+        if ((_e55 < (8u * n))) {
+            float _e61 = t;
+            local_12 = (_e61 < t1_);
         } else {
             local_12 = false;
         }
-        bool _e66 = local_12;
-        if (_e66) {
+        bool _e64 = local_12;
+        if (_e64) {
         } else {
             break;
         }
         {
-            float _e68 = t;
-            ivec2 cell = min(max(ivec2((begin_1 + (d_1.xy * _e68))), ivec2(0)), ivec2((int(n) - 1)));
-            float _e79 = t;
-            float _e80 = nudge;
-            float before_2 = max((_e79 - _e80), t0_);
+            float _e66 = t;
+            ivec2 cell = min(max(ivec2((begin_1 + (d_1.xy * _e66))), ivec2(0)), ivec2((int(n) - 1)));
+            float _e77 = t;
+            float before_2 = max((_e77 - nudge), t0_);
             float enter = (o.z + (d_1.z * before_2));
             while(true) {
-                uint _e87 = level;
-                ivec2 square = (cell >> uvec2(_e87));
-                uint _e91 = level;
-                vec2 sides = ((vec2(((square + ahead) << uvec2(_e91))) - begin_1) * over);
+                uint _e84 = level;
+                ivec2 square = (cell >> uvec2(_e84));
+                uint _e88 = level;
+                vec2 sides = ((vec2(((square + ahead) << uvec2(_e88))) - begin_1) * over);
                 vec2 ends = mix(sides, vec2(t1_), still);
-                float _e103 = t;
-                float end_3 = max(min(min(ends.x, ends.y), t1_), _e103);
-                uint _e105 = level;
-                uint m = (n >> _e105);
+                float _e100 = t;
+                float end_3 = max(min(min(ends.x, ends.y), t1_), _e100);
+                uint _e102 = level;
+                uint m = (n >> _e102);
                 uint skipped = ((((n * n) - (m * m)) / 3u) * 4u);
-                uint _e118 = _group_0_binding_2_fs[map_4].first;
-                vec2 range = _group_0_binding_4_fs[(((_e118 + skipped) + (uint(square.y) * m)) + uint(square.x))];
+                uint _e115 = _group_0_binding_2_fs[map_4].first;
+                vec2 range = _group_0_binding_4_fs[(((_e115 + skipped) + (uint(square.y) * m)) + uint(square.x))];
                 float leave = (o.z + (d_1.z * end_3));
                 if (!(((max(enter, leave) + 0.002) < range.x))) {
                     local_13 = ((min(enter, leave) - 0.002) > range.y);
                 } else {
                     local_13 = true;
                 }
-                bool _e147 = local_13;
-                if (_e147) {
-                    float _e148 = nudge;
-                    t = (end_3 + _e148);
-                    uint _e150 = level;
-                    level = min((_e150 + 1u), top);
+                bool _e144 = local_13;
+                if (_e144) {
+                    t = (end_3 + nudge);
+                    uint _e146 = level;
+                    level = min((_e146 + 1u), top);
                     break;
                 }
-                uint _e154 = level;
-                if ((_e154 == 0u)) {
-                    float _e157 = slack;
-                    float _e159 = slack;
-                    float _e161 = meet(map_4, cell, ray_1, (before_2 - _e157), (end_3 + _e159));
-                    if ((_e161 < 1e38)) {
-                        return _e161;
+                uint _e150 = level;
+                if ((_e150 == 0u)) {
+                    float _e155 = meet(map_4, cell, ray_1, (before_2 - slack), (end_3 + slack));
+                    if ((_e155 < 1e38)) {
+                        return _e155;
                     }
-                    float _e164 = nudge;
-                    t = (end_3 + _e164);
+                    t = (end_3 + nudge);
                     level = min(1u, top);
                     break;
                 }
-                uint _e168 = level;
-                level = (_e168 - 1u);
+                uint _e161 = level;
+                level = (_e161 - 1u);
             }
         }
     }

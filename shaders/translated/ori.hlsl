@@ -459,8 +459,6 @@ int2 naga_f2i32(float2 value) {
 
 float search_pyramid(uint map_4, Ray ray_1, float t0_, float t1_)
 {
-    float nudge = 0.0;
-    float slack = 0.002;
     uint level = (uint)0;
     float t = (float)0;
     uint i = 0u;
@@ -469,11 +467,9 @@ float search_pyramid(uint map_4, Ray ray_1, float t0_, float t1_)
 
     float3 o = ray_1.origin;
     float3 d_1 = ray_1.direction;
-    float lateral = max(abs(d_1.x), abs(d_1.y));
-    if ((lateral > 0.0)) {
-        nudge = (0.0005 / lateral);
-        slack = (0.002 / lateral);
-    }
+    float pace = max(max(abs(d_1.x), abs(d_1.y)), (0.05 * abs(d_1.z)));
+    float nudge = (0.0005 / pace);
+    float slack = (0.002 / pace);
     uint n = impostor.squares;
     uint top = firstbitlow(n);
     float2 begin_1 = (o.xy - (0.5).xx);
@@ -481,82 +477,76 @@ float search_pyramid(uint map_4, Ray ray_1, float t0_, float t1_)
     float2 over = ((1.0).xx / (still ? (1.0).xx : d_1.xy));
     int2 ahead = int2((d_1.xy > (0.0).xx));
     level = min(2u, top);
-    float _e48 = nudge;
-    t = min((t0_ + _e48), ((t0_ + t1_) * 0.5));
+    t = min((t0_ + nudge), ((t0_ + t1_) * 0.5));
     uint2 loop_bound_4 = uint2(4294967295u, 4294967295u);
     bool loop_init_4 = true;
     while(true) {
         if (all(loop_bound_4 == uint2(0u, 0u))) { break; }
         loop_bound_4 -= uint2(loop_bound_4.y == 0u, 1u);
         if (!loop_init_4) {
-            uint _e172 = i;
-            i = (_e172 + 1u);
+            uint _e165 = i;
+            i = (_e165 + 1u);
         }
         loop_init_4 = false;
-        uint _e57 = i;
-        if ((_e57 < (8u * n))) {
-            float _e63 = t;
-            local_12 = (_e63 < t1_);
+        uint _e55 = i;
+        if ((_e55 < (8u * n))) {
+            float _e61 = t;
+            local_12 = (_e61 < t1_);
         } else {
             local_12 = false;
         }
-        bool _e66 = local_12;
-        if (_e66) {
+        bool _e64 = local_12;
+        if (_e64) {
         } else {
             break;
         }
         {
-            float _e68 = t;
-            int2 cell = clamp(naga_f2i32((begin_1 + (d_1.xy * _e68))), (int(0)).xx, (asint(asuint(int(n)) - asuint(int(1)))).xx);
-            float _e79 = t;
-            float _e80 = nudge;
-            float before_2 = max((_e79 - _e80), t0_);
+            float _e66 = t;
+            int2 cell = clamp(naga_f2i32((begin_1 + (d_1.xy * _e66))), (int(0)).xx, (asint(asuint(int(n)) - asuint(int(1)))).xx);
+            float _e77 = t;
+            float before_2 = max((_e77 - nudge), t0_);
             float enter = (o.z + (d_1.z * before_2));
             uint2 loop_bound_5 = uint2(4294967295u, 4294967295u);
             while(true) {
                 if (all(loop_bound_5 == uint2(0u, 0u))) { break; }
                 loop_bound_5 -= uint2(loop_bound_5.y == 0u, 1u);
-                uint _e87 = level;
-                int2 square = (cell >> (_e87).xx);
-                uint _e91 = level;
-                float2 sides = ((float2((asint(asuint(square) + asuint(ahead)) << (_e91).xx)) - begin_1) * over);
+                uint _e84 = level;
+                int2 square = (cell >> (_e84).xx);
+                uint _e88 = level;
+                float2 sides = ((float2((asint(asuint(square) + asuint(ahead)) << (_e88).xx)) - begin_1) * over);
                 float2 ends = (still ? (t1_).xx : sides);
-                float _e103 = t;
-                float end_3 = max(min(min(ends.x, ends.y), t1_), _e103);
-                uint _e105 = level;
-                uint m = (n >> _e105);
+                float _e100 = t;
+                float end_3 = max(min(min(ends.x, ends.y), t1_), _e100);
+                uint _e102 = level;
+                uint m = (n >> _e102);
                 uint skipped = (naga_div(((n * n) - (m * m)), 3u) * 4u);
-                uint _e118 = asuint(maps.Load(76+map_4*80));
-                float2 range = asfloat(ranges.Load2((((_e118 + skipped) + (uint(square.y) * m)) + uint(square.x))*8));
+                uint _e115 = asuint(maps.Load(76+map_4*80));
+                float2 range = asfloat(ranges.Load2((((_e115 + skipped) + (uint(square.y) * m)) + uint(square.x))*8));
                 float leave = (o.z + (d_1.z * end_3));
                 if (!(((max(enter, leave) + 0.002) < range.x))) {
                     local_13 = ((min(enter, leave) - 0.002) > range.y);
                 } else {
                     local_13 = true;
                 }
-                bool _e147 = local_13;
-                if (_e147) {
-                    float _e148 = nudge;
-                    t = (end_3 + _e148);
-                    uint _e150 = level;
-                    level = min((_e150 + 1u), top);
+                bool _e144 = local_13;
+                if (_e144) {
+                    t = (end_3 + nudge);
+                    uint _e146 = level;
+                    level = min((_e146 + 1u), top);
                     break;
                 }
-                uint _e154 = level;
-                if ((_e154 == 0u)) {
-                    float _e157 = slack;
-                    float _e159 = slack;
-                    const float _e161 = meet(map_4, cell, ray_1, (before_2 - _e157), (end_3 + _e159));
-                    if ((_e161 < 1e38)) {
-                        return _e161;
+                uint _e150 = level;
+                if ((_e150 == 0u)) {
+                    const float _e155 = meet(map_4, cell, ray_1, (before_2 - slack), (end_3 + slack));
+                    if ((_e155 < 1e38)) {
+                        return _e155;
                     }
-                    float _e164 = nudge;
-                    t = (end_3 + _e164);
+                    t = (end_3 + nudge);
                     level = min(1u, top);
                     break;
                 }
-                uint _e168 = level;
-                level = (_e168 - 1u);
+                uint _e161 = level;
+                level = (_e161 - 1u);
             }
         }
     }

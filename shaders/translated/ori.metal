@@ -489,8 +489,6 @@ float search_pyramid(
     metal::texture2d_array<float, metal::access::sample> depth_codes,
     constant _mslBufferSizes& _buffer_sizes
 ) {
-    float nudge = 0.0;
-    float slack = 0.002;
     uint level = {};
     float t = {};
     uint i = 0u;
@@ -498,11 +496,9 @@ float search_pyramid(
     bool local_13 = {};
     metal::float3 o = ray_1.origin;
     metal::float3 d_1 = ray_1.direction;
-    float lateral = metal::max(metal::abs(ray_1.direction.x), metal::abs(ray_1.direction.y));
-    if (lateral > 0.0) {
-        nudge = 0.0005 / lateral;
-        slack = 0.002 / lateral;
-    }
+    float pace = metal::max(metal::max(metal::abs(ray_1.direction.x), metal::abs(ray_1.direction.y)), 0.05 * metal::abs(ray_1.direction.z));
+    float nudge = 0.0005 / pace;
+    float slack = 0.002 / pace;
     uint n = impostor.squares;
     uint top = (((metal::ctz(n) + 1) % 33) - 1);
     metal::float2 begin_1 = o.xy - metal::float2(0.5);
@@ -510,82 +506,76 @@ float search_pyramid(
     metal::float2 over = metal::float2(1.0) / metal::select(d_1.xy, metal::float2(1.0), still);
     metal::int2 ahead = static_cast<metal::int2>(d_1.xy > metal::float2(0.0));
     level = metal::min(2u, top);
-    float _e48 = nudge;
-    t = metal::min(t0_ + _e48, (t0_ + t1_) * 0.5);
+    t = metal::min(t0_ + nudge, (t0_ + t1_) * 0.5);
     uint2 loop_bound_4 = uint2(4294967295u);
     bool loop_init_4 = true;
     while(true) {
         if (metal::all(loop_bound_4 == uint2(0u))) { break; }
         loop_bound_4 -= uint2(loop_bound_4.y == 0u, 1u);
         if (!loop_init_4) {
-            uint _e172 = i;
-            i = _e172 + 1u;
+            uint _e165 = i;
+            i = _e165 + 1u;
         }
         loop_init_4 = false;
-        uint _e57 = i;
-        if (_e57 < (8u * n)) {
-            float _e63 = t;
-            local_12 = _e63 < t1_;
+        uint _e55 = i;
+        if (_e55 < (8u * n)) {
+            float _e61 = t;
+            local_12 = _e61 < t1_;
         } else {
             local_12 = false;
         }
-        bool _e66 = local_12;
-        if (_e66) {
+        bool _e64 = local_12;
+        if (_e64) {
         } else {
             break;
         }
         {
-            float _e68 = t;
-            metal::int2 cell = metal::clamp(naga_f2i32(begin_1 + (d_1.xy * _e68)), metal::int2(0), metal::int2(as_type<int>(as_type<uint>(static_cast<int>(n)) - as_type<uint>(1))));
-            float _e79 = t;
-            float _e80 = nudge;
-            float before_2 = metal::max(_e79 - _e80, t0_);
+            float _e66 = t;
+            metal::int2 cell = metal::clamp(naga_f2i32(begin_1 + (d_1.xy * _e66)), metal::int2(0), metal::int2(as_type<int>(as_type<uint>(static_cast<int>(n)) - as_type<uint>(1))));
+            float _e77 = t;
+            float before_2 = metal::max(_e77 - nudge, t0_);
             float enter = ray_1.origin.z + (ray_1.direction.z * before_2);
             uint2 loop_bound_5 = uint2(4294967295u);
             while(true) {
                 if (metal::all(loop_bound_5 == uint2(0u))) { break; }
                 loop_bound_5 -= uint2(loop_bound_5.y == 0u, 1u);
-                uint _e87 = level;
-                metal::int2 square = cell >> metal::uint2(_e87);
-                uint _e91 = level;
-                metal::float2 sides = (static_cast<metal::float2>(as_type<metal::int2>(as_type<metal::uint2>(square) + as_type<metal::uint2>(ahead)) << metal::uint2(_e91)) - begin_1) * over;
+                uint _e84 = level;
+                metal::int2 square = cell >> metal::uint2(_e84);
+                uint _e88 = level;
+                metal::float2 sides = (static_cast<metal::float2>(as_type<metal::int2>(as_type<metal::uint2>(square) + as_type<metal::uint2>(ahead)) << metal::uint2(_e88)) - begin_1) * over;
                 metal::float2 ends = metal::select(sides, metal::float2(t1_), still);
-                float _e103 = t;
-                float end_3 = metal::max(metal::min(metal::min(ends.x, ends.y), t1_), _e103);
-                uint _e105 = level;
-                uint m = n >> _e105;
+                float _e100 = t;
+                float end_3 = metal::max(metal::min(metal::min(ends.x, ends.y), t1_), _e100);
+                uint _e102 = level;
+                uint m = n >> _e102;
                 uint skipped = naga_div((n * n) - (m * m), 3u) * 4u;
-                uint _e118 = maps[map_4].first;
-                metal::float2 range = ranges[((_e118 + skipped) + (static_cast<uint>(square.y) * m)) + static_cast<uint>(square.x)];
+                uint _e115 = maps[map_4].first;
+                metal::float2 range = ranges[((_e115 + skipped) + (static_cast<uint>(square.y) * m)) + static_cast<uint>(square.x)];
                 float leave = ray_1.origin.z + (ray_1.direction.z * end_3);
                 if (!(((metal::max(enter, leave) + 0.002) < range.x))) {
                     local_13 = (metal::min(enter, leave) - 0.002) > range.y;
                 } else {
                     local_13 = true;
                 }
-                bool _e147 = local_13;
-                if (_e147) {
-                    float _e148 = nudge;
-                    t = end_3 + _e148;
-                    uint _e150 = level;
-                    level = metal::min(_e150 + 1u, top);
+                bool _e144 = local_13;
+                if (_e144) {
+                    t = end_3 + nudge;
+                    uint _e146 = level;
+                    level = metal::min(_e146 + 1u, top);
                     break;
                 }
-                uint _e154 = level;
-                if (_e154 == 0u) {
-                    float _e157 = slack;
-                    float _e159 = slack;
-                    float _e161 = meet(map_4, cell, ray_1, before_2 - _e157, end_3 + _e159, impostor, maps, depth_codes, _buffer_sizes);
-                    if (_e161 < 100000000000000000000000000000000000000.0) {
-                        return _e161;
+                uint _e150 = level;
+                if (_e150 == 0u) {
+                    float _e155 = meet(map_4, cell, ray_1, before_2 - slack, end_3 + slack, impostor, maps, depth_codes, _buffer_sizes);
+                    if (_e155 < 100000000000000000000000000000000000000.0) {
+                        return _e155;
                     }
-                    float _e164 = nudge;
-                    t = end_3 + _e164;
+                    t = end_3 + nudge;
                     level = metal::min(1u, top);
                     break;
                 }
-                uint _e168 = level;
-                level = _e168 - 1u;
+                uint _e161 = level;
+                level = _e161 - 1u;
             }
         }
     }
