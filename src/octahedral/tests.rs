@@ -314,13 +314,9 @@ fn levels_keep_coverage_and_colour() {
         (0..tile * tile).filter(|i| l.color[at(*i)][3] >= 128).count() as f64 / (tile * tile) as f64
     };
     for level in &all {
-<<<<<<< HEAD
-        let half = 32.0 / (f64::from(level.side) * f64::from(level.side)) + 1e-9;
-=======
         // Half a texel of a frame; more may pass, because equal alphas pass together.
         let side = f64::from(level.side);
         let half = 32.0 / (side * side) + 1e-9;
->>>>>>> 2b1062e (Octahedral impostors: equal alphas pass together; what was not measured)
         for i in 0..64 {
             let (found, expect) = (passes(level, i % 8, i / 8), passes(&all[0], i % 8, i / 8));
             assert!(
