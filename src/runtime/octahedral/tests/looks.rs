@@ -164,7 +164,8 @@ fn eyes_anywhere() {
     let far = towards(scene, BETWEEN[1], 16, 400.0);
     let covered = |z: &[f32]| z.iter().filter(|z| z.is_finite()).count();
     let (expect, found) = (covered(&original(scene, &far)), covered(&draw(&stand_in, &far, &how).depth));
-    assert!(expect.abs_diff(found) <= 8, "{expect} {found}");
+    // Half a pixel all around is a third of so small an object.
+    assert!(expect.abs_diff(found) <= 12, "{expect} {found}");
     let away = View { forward: -far.forward, right: -far.right, ..far };
     assert_eq!(covered(&draw(&stand_in, &away, &how).depth), 0);
 }
