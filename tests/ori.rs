@@ -14,7 +14,7 @@ fn bake(folder: &Path, pipeline: &str, arguments: &[&str]) -> (i32, Vec<String>,
     let mut command = Command::new(env!("CARGO_BIN_EXE_farfield"));
     command.current_dir(folder).env_remove("FARFIELD_CACHE").args(["bake", pipeline, "--backend", "cpu"]);
     let evaluate: &[&str] = match pipeline {
-        "ori" => &["evaluate.size=32", "evaluate.most=32", "evaluate.subdivisions=0", "directions=8"],
+        "ori" => &["evaluate.size=32", "evaluate.most=32", "evaluate.subdivisions=0", "views=8"],
         _ => &["views=8", "evaluate.resolution=64", "evaluate.samples=1"],
     };
     for set in SMALL.iter().chain(evaluate).filter(|s| pipeline == "ori" || !s.starts_with("views.method")) {
@@ -135,10 +135,10 @@ fn what_cannot_be_is_said_and_leaves_nothing() {
     for (set, code, says) in [
         ("scene=nan.ply", 1, "finite"),
         ("scene=empty.ply", 1, ""),
-        ("resolution=16384", 2, "expected at most"),
+        ("resolution=16384", 2, "out of range"),
         ("goal=2", 2, "goal"),
         ("relief.depth_bits=12", 2, "expected 8 or 16"),
-        ("relief.samples=3", 1, "a square of 3 or more texels"),
+        ("relief.samples=5", 1, "5 pixels each"),
         ("select.method=nearest", 2, "nearest"),
         ("coverage.search=sphere", 2, "sphere"),
     ] {
