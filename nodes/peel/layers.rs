@@ -60,13 +60,20 @@ impl Node for Layers {
     type Out = Out;
 
     fn memory(params: &Params, sizes: &[u64]) -> u64 {
-        // The view's size is not known here: as much as for 2049² pixels, whose images take 28 bytes a layer, and 8 more with materials.
-        (64 << 20)
-            + sizes[0].saturating_mul(3)
-            + u64::from(params.layers) * (2049 * 2049 * if params.materials { 56 } else { 40 })
+        // The view's size is not known here: as much as for 2049² pixels. `run` refuses what is larger than the budget.
+        (64 << 20) + sizes[0].saturating_mul(3) + images(params, 2049 * 2049)
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
+        let (width, height) = (inputs.view.width, inputs.view.height);
+        let need = images(params, u64::from(width) * u64::from(height));
+        if need > ctx.memory {
+            let (need, most) = (need >> 20, ctx.memory >> 20);
+            return Err(NodeError::Failed(format!(
+                "a capture of {width} × {height} pixels in {} layers takes {need} MiB, but the memory is limited to {most} MiB; give the views fewer pixels, or more by --memory",
+                params.layers
+            )));
+        }
         let geometry = Geometry::new(&inputs.scene);
         let shader = if params.materials { Shader::with_finishes(&geometry) } else { Shader::new(&geometry) };
         let how = Capturing { layers: params.layers, backs: params.backs };
@@ -76,4 +83,9 @@ impl Node for Layers {
         }
         Ok(Out { capture: Arc::new(capture) })
     }
+}
+
+/// Bytes of a capture's images while it is made: 28 a pixel and layer, and 8 more with materials, with what the rasteriser holds of them.
+fn images(params: &Params, pixels: u64) -> u64 {
+    pixels.saturating_mul(u64::from(params.layers) * if params.materials { 56 } else { 40 })
 }
