@@ -7,7 +7,7 @@ use crate::{
     octahedral::axes,
     raster::{NOTHING, Rendering, Surface},
     runtime::{Context, Drawn, Planes, Shot, Size, StandIn},
-    view::View,
+    view::{Projection, View},
 };
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -61,13 +61,17 @@ impl StandIn for OctahedralStandIn {
                         let hit = fine.at(px, py);
                         sum += hit.map_or(background, |hit| {
                             let position = view.unproject(px, py, hit.depth);
+                            let to_eye = match view.projection {
+                                Projection::Perspective { .. } => (view.eye - position).normalize_or_zero(),
+                                Projection::Orthographic { .. } => -view.forward,
+                            };
                             let surface = Surface {
                                 position,
                                 color: hit.color.extend(1.0).to_array(),
                                 normal: hit.normal,
                                 emissive: hit.emissive.to_array(),
                                 unlit: false,
-                                to_eye: (view.eye - position).normalize_or_zero().as_vec3(),
+                                to_eye: to_eye.as_vec3(),
                             };
                             Vec3::from(surface.seen(&how.shading))
                         });
