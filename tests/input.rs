@@ -74,7 +74,7 @@ fn a_scan_far_from_the_origin_bakes_to_the_same_shape() {
             node("cell", "view-cell", "scene = \"load\""),
             node("slices", "render-slices", "scene = \"load\"\ncell = \"cell\"\nresolution = 64"),
             node("mesh", "voxel-mesh", "slices = \"slices.slices\"\nfields = \"slices.fields\""),
-            node("resample", "resample", "mesh = \"mesh\"\nslices = \"slices.slices\""),
+            node("resample", "resample", "method = \"voxels\"\nmesh = \"mesh\"\nslices = \"slices.slices\""),
             node("atlas", "pack-atlas", "meshes = \"resample\""),
             node("write", "write", "method = \"glb\"\nname = \"a\"\nscene = \"atlas.scene\""),
             "[files]\n\"./\" = \"write.bundle\"\n".to_owned(),
