@@ -8,7 +8,7 @@
 use farfield::{
     certify::directions::view,
     formats::{DiskFiles, Limits, load},
-    image::{Picture, measure::luminance},
+    image::measure::luminances,
     math::Stop,
     raster::{Cpu, Geometry, Light, Rendering, Shading},
     runtime::{Context, SceneStandIn, StandIn, open},
@@ -18,10 +18,6 @@ use std::{error::Error, path::Path};
 
 /// Of 255, beyond what the original changes.
 const POP: f32 = 32.0;
-
-fn luminances(picture: &Picture) -> Vec<f32> {
-    picture.texels.iter().map(|[r, g, b, _]| luminance([f32::from(*r), f32::from(*g), f32::from(*b)])).collect()
-}
 
 struct Frame {
     original: Vec<f32>,

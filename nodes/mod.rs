@@ -76,10 +76,11 @@ kinds! {
 use crate::{
     engine::{
         node::{Ctx, NodeError},
-        plan::File,
+        plan::{Bundle, File},
         registry::{Planned, Registry, Renamed},
     },
     raster::{Backend, Cpu},
+    runtime::BundleFile,
     sprite::PeelError,
 };
 use std::sync::Arc;
@@ -125,6 +126,13 @@ fn check_name(name: &str) -> Result<(), (&'static str, String)> {
         None => Err(("name", format!("`{name}`: expected a name without dots; endings are added"))),
         Some(what) => Err(("name", format!("`{name}` {what}"))),
     }
+}
+
+/// The files that a writer gave, the first of which is the one to open.
+fn bundle(files: Vec<BundleFile>) -> Result<Arc<Bundle>, NodeError> {
+    let main = files.first().map(|f| f.path.clone()).unwrap_or_default();
+    let file = |f: BundleFile| (f.path, File { media_type: f.media.into(), bytes: f.bytes });
+    Ok(Arc::new(Bundle::new(main, files.into_iter().map(file).collect()).map_err(NodeError::Failed)?))
 }
 
 /// The text of a JSON file, which ends with a line break.

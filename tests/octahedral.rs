@@ -1,33 +1,19 @@
 //! Octahedral impostors from end to end: what is baked, what runs again when something changes, and what is said of input that cannot be.
 
+mod support;
+
 use serde_json::Value;
-use std::{
-    path::Path,
-    process::{Command, Output},
-};
+use std::path::Path;
 use tempfile::tempdir;
 
 /// A small bake of a stock pipeline with these changes: exit code, the names of the nodes that ran, what was said.
 fn bake(folder: &Path, pipeline: &str, set: &[&str]) -> (i32, Vec<String>, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_farfield"));
-    command.current_dir(folder).env_remove("FARFIELD_CACHE").args(["bake", pipeline, "--backend", "cpu"]);
+    let mut command = support::command(folder, pipeline);
     let small = ["views=8", "evaluate.resolution=96", "evaluate.samples=2", "resolution=64", "frames=6", "margin=2"];
     for set in small.iter().filter(|s| !set.iter().any(|o| o.split('=').next() == s.split('=').next())).chain(set) {
         command.args(["--set", set]);
     }
-    let Output { status, stdout, stderr } = command.output().unwrap();
-    let text = format!("{}{}", String::from_utf8_lossy(&stderr), String::from_utf8_lossy(&stdout));
-    let run = std::fs::read_to_string(folder.join("out").join(pipeline).join("run.json"));
-    let run: Value = run.map_or(Value::Null, |text| serde_json::from_str(&text).unwrap());
-    let mut ran = Vec::new();
-    for (name, node) in run["nodes"].as_object().into_iter().flatten() {
-        let n = node["runs"].as_u64().unwrap();
-        if n > 0 {
-            ran.push(format!("{name} {n}"));
-        }
-    }
-    ran.sort();
-    (status.code().unwrap_or(-1), ran, text)
+    support::outcome(command, folder, pipeline)
 }
 
 fn json(path: &Path) -> Value {

@@ -1,18 +1,16 @@
 //! Relief impostors from end to end: what is baked, what runs again when something changes, and what is said of input that cannot be.
 
+mod support;
+
 use serde_json::Value;
-use std::{
-    path::Path,
-    process::{Command, Output},
-};
+use std::path::Path;
 use tempfile::tempdir;
 
 const SMALL: [&str; 4] = ["views.method=icosahedron", "resolution=24", "coverage.size=32", "coverage.subdivisions=1"];
 
 /// A small bake with these changes: exit code, the names of the nodes that ran and how often, what was said.
 fn bake(folder: &Path, pipeline: &str, arguments: &[&str]) -> (i32, Vec<String>, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_farfield"));
-    command.current_dir(folder).env_remove("FARFIELD_CACHE").args(["bake", pipeline, "--backend", "cpu"]);
+    let mut command = support::command(folder, pipeline);
     let evaluate: &[&str] = match pipeline {
         "ori" => &["evaluate.size=32", "evaluate.most=32", "evaluate.subdivisions=0", "views=8"],
         _ => &["views=8", "evaluate.resolution=64", "evaluate.samples=1"],
@@ -25,19 +23,7 @@ fn bake(folder: &Path, pipeline: &str, arguments: &[&str]) -> (i32, Vec<String>,
     for argument in arguments {
         command.args(if argument.starts_with("--") { vec![*argument] } else { vec!["--set", argument] });
     }
-    let Output { status, stdout, stderr } = command.output().unwrap();
-    let text = format!("{}{}", String::from_utf8_lossy(&stderr), String::from_utf8_lossy(&stdout));
-    let run = std::fs::read_to_string(folder.join("out").join(pipeline).join("run.json"));
-    let run: Value = run.map_or(Value::Null, |text| serde_json::from_str(&text).unwrap());
-    let mut ran = Vec::new();
-    for (name, node) in run["nodes"].as_object().into_iter().flatten() {
-        let n = node["runs"].as_u64().unwrap();
-        if n > 0 {
-            ran.push(format!("{name} {n}"));
-        }
-    }
-    ran.sort();
-    (status.code().unwrap_or(-1), ran, text)
+    support::outcome(command, folder, pipeline)
 }
 
 fn json(folder: &Path, file: &str) -> Value {

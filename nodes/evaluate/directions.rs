@@ -4,6 +4,7 @@ use crate::{
     certify::{
         Context,
         directions::{Look, Seen, measure, sheet},
+        rounded,
     },
     engine::{
         node::{Ctx, List, Measure, Node, NodeError},
@@ -148,7 +149,7 @@ impl Node for Directions {
         let others: Vec<DVec3> = (0..params.others).map(|i| sphere.eye(sequence.point(i))).collect();
         let others_seen = run(&others, size)?;
         let certificate = json!({
-            "plt_px": if plt.is_finite() { json!(rounded(plt, TENTH)) } else { Value::Null },
+            "plt_px": if plt.is_finite() { json!(rounded(plt, 1)) } else { Value::Null },
             "directions": figures(&seen, params.size),
             "others": figures(&others_seen, size),
         });
@@ -177,14 +178,8 @@ impl Node for Directions {
     }
 }
 
-/// Decimals as units of the last of them.
-const TENTH: f64 = 10.0;
-const THOUSANDTH: f64 = 1e3;
-const SHARE: f64 = 1e7;
-
-fn rounded(v: f64, last: f64) -> f64 {
-    (v * last).round() / last
-}
+/// Decimals of a share of pixels: one of ten million shows.
+const SHARE: i32 = 7;
 
 /// The figures of a set of directions; null where it is empty, and colours where no direction shows a pixel.
 fn figures(seen: &[Seen], size: u32) -> Value {
@@ -210,10 +205,10 @@ fn figures(seen: &[Seen], size: u32) -> Value {
         },
         "extra": { "avg": rounded(mean(extra), SHARE), "max": rounded(most(extra), SHARE) },
         "impostors_per_frame": if drawn.is_empty() { Value::Null } else {
-            json!({ "avg": rounded(average(&drawn), THOUSANDTH), "max": drawn.iter().copied().fold(0.0, f64::max) })
+            json!({ "avg": rounded(average(&drawn), 3), "max": drawn.iter().copied().fold(0.0, f64::max) })
         },
         "psnr_y_object_db": if psnr.is_empty() { Value::Null } else {
-            json!({ "mean": rounded(average(&psnr), THOUSANDTH), "min": rounded(psnr.iter().copied().fold(f64::INFINITY, f64::min), THOUSANDTH) })
+            json!({ "mean": rounded(average(&psnr), 3), "min": rounded(psnr.iter().copied().fold(f64::INFINITY, f64::min), 3) })
         },
     })
 }

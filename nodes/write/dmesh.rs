@@ -4,15 +4,16 @@ use crate::{
     depth_mesh::{MeshedLayer, MeshedView},
     engine::{
         node::{Ctx, List, Node, NodeError},
-        plan::{Bundle, File},
+        plan::Bundle,
     },
+    nodes::bundle,
     ports,
     runtime::dmesh::{self, Blending, Frames, Reference, Weights},
     scene::Image,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::{collections::BTreeMap, sync::Arc};
+use std::sync::Arc;
 
 /// Writes the depth-meshes of several cameras as one stand-in: `dmesh.json` with cameras, weights and files; for each camera and layer a GLB
 /// file, a normal map and a depth image; `dmesh.glb` with all of them for ordinary viewers; the shaders that blend them. Source: Pajarola,
@@ -115,10 +116,7 @@ impl Node for Dmesh {
         };
         let frames = params.depth_images.then(|| Frames { tau: params.tau, options: first.options.clone(), depths });
         let files = dmesh::write(&dmesh, &blending, &strips, frames.as_ref()).map_err(|e| NodeError::from_error(&e))?;
-        let main = files.first().map(|f| f.path.clone()).unwrap_or_default();
-        let file = |f: dmesh::BundleFile| (f.path, File { media_type: f.media.into(), bytes: f.bytes });
-        let files: BTreeMap<String, File> = files.into_iter().map(file).collect();
-        Ok(Out { bundle: Arc::new(Bundle::new(main, files).map_err(NodeError::Failed)?) })
+        Ok(Out { bundle: bundle(files)? })
     }
 }
 

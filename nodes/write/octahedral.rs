@@ -3,18 +3,16 @@
 use crate::{
     engine::{
         node::{Ctx, Node, NodeError},
-        plan::{Bundle, File},
+        plan::Bundle,
     },
+    nodes::bundle,
     octahedral::Impostor,
     ports,
-    runtime::{
-        dmesh::BundleFile,
-        octahedral::{self, Drawing, Textures},
-    },
+    runtime::octahedral::{self, Drawing, Textures},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::{collections::BTreeMap, sync::Arc};
+use std::sync::Arc;
 
 /// Writes an octahedral impostor as a stand-in: `octahedral.json` with grid, window, card and conventions; the atlases in the layout that
 /// engines' impostor shaders expect; `octahedral.glb`, crossed cards for ordinary viewers; the shaders that blend the frames. Source: Ryan Brucks,
@@ -72,9 +70,6 @@ impl Node for Octahedral {
         let drawing = Drawing { steps: params.steps };
         let textures = Textures { ktx2: params.ktx2, dds: params.dds };
         let files = octahedral::write(&inputs.impostor, &drawing, textures).map_err(|e| NodeError::from_error(&e))?;
-        let main = files.first().map(|f| f.path.clone()).unwrap_or_default();
-        let file = |f: BundleFile| (f.path, File { media_type: f.media.into(), bytes: f.bytes });
-        let files: BTreeMap<String, File> = files.into_iter().map(file).collect();
-        Ok(Out { bundle: Arc::new(Bundle::new(main, files).map_err(NodeError::Failed)?) })
+        Ok(Out { bundle: bundle(files)? })
     }
 }

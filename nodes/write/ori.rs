@@ -3,8 +3,9 @@
 use crate::{
     engine::{
         node::{Ctx, List, Node, NodeError},
-        plan::{Bundle, File},
+        plan::Bundle,
     },
+    nodes::bundle,
     ports,
     relief::{ReliefMap, Strategy, measure::Selection, textures::Textures},
     runtime::ori::{self, Drawing, Extras, Ori},
@@ -12,7 +13,7 @@ use crate::{
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::{collections::BTreeMap, sync::Arc};
+use std::sync::Arc;
 
 /// Writes relief maps and their selection as one stand-in: `ori.json` with cameras, the maps of each direction and the size up to which they may be used;
 /// the maps as texture arrays in KTX2 and DDS; the shaders that draw them; a picture of all maps; and `cards.glb`, an approximation that any viewer opens.
@@ -92,9 +93,6 @@ impl Node for OriNode {
         let written =
             ori::write(&ori, selection, &inputs.textures, Extras { dds: params.dds, shaders: params.shaders })
                 .map_err(|e| NodeError::from_error(&e))?;
-        let main = written.first().map(|f| f.path.clone()).unwrap_or_default();
-        let file = |f: crate::runtime::dmesh::BundleFile| (f.path, File { media_type: f.media.into(), bytes: f.bytes });
-        let files: BTreeMap<String, File> = written.into_iter().map(file).collect();
-        Ok(Out { bundle: Arc::new(Bundle::new(main, files).map_err(NodeError::Failed)?) })
+        Ok(Out { bundle: bundle(written)? })
     }
 }

@@ -8,7 +8,10 @@ use crate::{
     formats::{GlbOptions, write_glb},
     nodes::json_bytes,
     ports,
-    runtime::ori::{self, RegionRow, TREE_FORMAT, TREE_NAME, TREE_VERSION, TreeManifest},
+    runtime::{
+        ori::{self, RegionRow, TREE_FORMAT, TREE_NAME, TREE_VERSION, TreeManifest},
+        shader_files, shader_names,
+    },
     scene::{Scene, split::RegionTree},
 };
 use schemars::JsonSchema;
@@ -106,11 +109,15 @@ impl Node for OriTree {
                 name,
             });
         }
-        let (shaders, shader_files) = ori::shader_files();
-        for f in shader_files {
+        for f in shader_files(&ori::SHADERS) {
             files.insert(f.path, File { media_type: f.media.into(), bytes: f.bytes });
         }
-        let manifest = TreeManifest { format: TREE_FORMAT.into(), version: TREE_VERSION, regions: rows, shaders };
+        let manifest = TreeManifest {
+            format: TREE_FORMAT.into(),
+            version: TREE_VERSION,
+            regions: rows,
+            shaders: shader_names(&ori::SHADERS),
+        };
         let json = serde_json::to_value(&manifest).map_err(|e| NodeError::from_error(&e))?;
         files.insert(TREE_NAME.into(), File { media_type: "application/json".into(), bytes: json_bytes(&json)? });
         Ok(Out { bundle: Arc::new(Bundle::new(TREE_NAME, files).map_err(NodeError::Failed)?) })

@@ -7,7 +7,7 @@ use super::Context;
 use crate::{
     image::{
         Picture,
-        measure::{luminance, psnr_within},
+        measure::{luminances, psnr_within},
     },
     math::Stopped,
     raster::{Geometry, Light, Rendering, Shading},
@@ -166,10 +166,6 @@ impl<'a, 'b> Shots<'a, 'b> {
         };
         Sheet { original: self.original.picture, stand_in: self.stand_in.picture, difference }
     }
-}
-
-fn luminances(picture: &Picture) -> Vec<f32> {
-    picture.texels.iter().map(|[r, g, b, _]| luminance([f32::from(*r), f32::from(*g), f32::from(*b)])).collect()
 }
 
 impl Sheet {

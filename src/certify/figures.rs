@@ -7,7 +7,7 @@ use serde::Serialize;
 pub(super) const RATIO_PLACES: i32 = 8;
 
 /// Rounds to `places` decimals.
-pub(super) fn rounded(x: f64, places: i32) -> f64 {
+pub fn rounded(x: f64, places: i32) -> f64 {
     let scale = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8][places.clamp(0, 8) as usize];
     (x * scale).round() / scale
 }

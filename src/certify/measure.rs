@@ -10,7 +10,7 @@ use super::{
 use crate::{
     image::{
         Picture,
-        measure::{decibel, luminance, mean_within, psnr_within, squared_error, ssim_map},
+        measure::{decibel, luminances, mean_within, psnr_within, squared_error, ssim_map},
     },
     math::Stopped,
     raster::Rendering,
@@ -92,8 +92,7 @@ impl std::fmt::Display for ViewFigures {
 impl<'a> Shot<'a> {
     pub fn take(scene: &'a dyn StandIn, view: &View, rendering: &Rendering, context: Context) -> Result<Self, Stopped> {
         let drawn = scene.draw(view, rendering, context)?;
-        let texels = drawn.picture.texels.iter();
-        let luminance = texels.map(|t| luminance([t[0].into(), t[1].into(), t[2].into()])).collect();
+        let luminance = luminances(&drawn.picture);
         Ok(Self { drawn, luminance })
     }
 

@@ -29,7 +29,7 @@ mod worst;
 pub use about::{Better, Helps, Measure, measure, measures};
 pub use certificate::{About, Bound, Camera, Ceiling, Certificate, Flip, Subject, WorstView};
 pub use compare::{CompareError, Comparison, Context, Mode, Options, VIEWS_AT_ONCE, compare};
-pub use figures::{Band, Count, Figures, LostDetail, MeanMax, MeanMin, Total};
+pub use figures::{Band, Count, Figures, LostDetail, MeanMax, MeanMin, Total, rounded};
 pub use modes::{Everywhere, ModeFigures};
 pub use requirements::{Limits, Requirement, Verdict};
 pub use shading::Choice;

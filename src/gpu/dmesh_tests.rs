@@ -2,7 +2,7 @@
 
 use super::{
     Gpu, dmesh,
-    tests::{gpu, layout},
+    tests::{gpu, same_layout},
 };
 use crate::{
     image::Picture,
@@ -23,13 +23,8 @@ use wgpu::naga::{front::wgsl, valid};
 fn the_shader_is_valid_and_shares_the_structs() {
     let module = wgsl::parse_str(SHADER).unwrap_or_else(|e| panic!("{}", e.emit_to_string(SHADER)));
     valid::Validator::new(valid::ValidationFlags::all(), valid::Capabilities::default()).validate(&module).unwrap();
-    macro_rules! same {
-        ($name:literal, $ty:ty, $($field:ident),*) => {
-            let members = vec![$((stringify!($field).to_owned(), std::mem::offset_of!($ty, $field))),*];
-            assert_eq!(layout(&module, $name), (members, size_of::<$ty>()), $name);
-        };
-    }
-    same!(
+    same_layout!(
+        &module,
         "Frame",
         dmesh::Frame,
         clip,
@@ -45,7 +40,7 @@ fn the_shader_is_valid_and_shares_the_structs() {
         samples,
         layers
     );
-    same!("Reference", dmesh::Reference, texel, spread, slack, weight, quality, mapped);
+    same_layout!(&module, "Reference", dmesh::Reference, texel, spread, slack, weight, quality, mapped);
 }
 
 /// Of pixels, how many differ by more than `tolerance` in a channel, and the greatest difference of the others.

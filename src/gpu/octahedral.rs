@@ -7,7 +7,7 @@ use super::{
     device::{Device, GpuError},
     dmesh,
     machine::Machine,
-    samples::{DEPTH, PICTURE, begin, resolve, target},
+    samples::{DEPTH, PICTURE, begin, nearest_wins, resolve, target},
 };
 use crate::{
     array::Array,
@@ -188,13 +188,7 @@ fn pipeline(d: &wgpu::Device) -> wgpu::RenderPipeline {
             buffers: &[],
         },
         primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Greater),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
+        depth_stencil: Some(nearest_wins()),
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {
             module: &module,

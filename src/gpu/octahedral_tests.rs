@@ -2,7 +2,7 @@
 
 use super::{
     octahedral,
-    tests::{gpu, layout},
+    tests::{gpu, same_layout},
 };
 use crate::{
     math::Stop,
@@ -23,14 +23,21 @@ use wgpu::naga::{front::wgsl, valid};
 fn the_shader_is_valid_and_shares_the_structs() {
     let module = wgsl::parse_str(SHADER).unwrap_or_else(|e| panic!("{}", e.emit_to_string(SHADER)));
     valid::Validator::new(valid::ValidationFlags::all(), valid::Capabilities::default()).validate(&module).unwrap();
-    macro_rules! same {
-        ($name:literal, $ty:ty, $($field:ident),*) => {
-            let members = vec![$((stringify!($field).to_owned(), std::mem::offset_of!($ty, $field))),*];
-            assert_eq!(layout(&module, $name), (members, size_of::<$ty>()), $name);
-        };
-    }
-    same!("Frame", octahedral::Frame, clip, depth, eye, to_sun, sun, sky, ground, shading, sample_size);
-    same!("Impostor", octahedral::Impostor, window, card, corners, frames, tile, levels, hemi, steps, emits);
+    same_layout!(&module, "Frame", octahedral::Frame, clip, depth, eye, to_sun, sun, sky, ground, shading, sample_size);
+    same_layout!(
+        &module,
+        "Impostor",
+        octahedral::Impostor,
+        window,
+        card,
+        corners,
+        frames,
+        tile,
+        levels,
+        hemi,
+        steps,
+        emits
+    );
 }
 
 #[test]

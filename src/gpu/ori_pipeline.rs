@@ -3,7 +3,7 @@
 use super::{
     device::{Buffer, Device, GpuError},
     ori::{Parts, depth_texels},
-    samples::{DEPTH, PICTURE},
+    samples::{PICTURE, nearest_wins},
 };
 use crate::{
     raster::Mips,
@@ -143,13 +143,7 @@ impl Pipeline {
                 buffers: &[],
             },
             primitive: wgpu::PrimitiveState { cull_mode: Some(wgpu::Face::Front), ..wgpu::PrimitiveState::default() },
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: DEPTH,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Greater),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
+            depth_stencil: Some(nearest_wins()),
             multisample: wgpu::MultisampleState::default(),
             fragment: Some(wgpu::FragmentState {
                 module: &module,

@@ -2,7 +2,7 @@
 
 use super::{
     DrawnByGpu, Gpu, LoadedOri, ori,
-    tests::{gpu, layout},
+    tests::{gpu, same_layout},
 };
 use crate::{
     math::Stop,
@@ -23,14 +23,24 @@ use wgpu::naga::{front::wgsl, valid};
 fn the_shader_is_valid_and_shares_the_structs() {
     let module = wgsl::parse_str(SHADER).unwrap_or_else(|e| panic!("{}", e.emit_to_string(SHADER)));
     valid::Validator::new(valid::ValidationFlags::all(), valid::Capabilities::default()).validate(&module).unwrap();
-    macro_rules! same {
-        ($name:literal, $ty:ty, $($field:ident),*) => {
-            let members = vec![$((stringify!($field).to_owned(), std::mem::offset_of!($ty, $field))),*];
-            assert_eq!(layout(&module, $name), (members, size_of::<$ty>()), $name);
-        };
-    }
-    same!("Frame", ori::Frame, clip, depth, eye, to_sun, sun, sky, ground, near, far, sample_size, shading);
-    same!(
+    same_layout!(
+        &module,
+        "Frame",
+        ori::Frame,
+        clip,
+        depth,
+        eye,
+        to_sun,
+        sun,
+        sky,
+        ground,
+        near,
+        far,
+        sample_size,
+        shading
+    );
+    same_layout!(
+        &module,
         "Impostor",
         ori::Impostor,
         centre,
@@ -46,8 +56,8 @@ fn the_shader_is_valid_and_shares_the_structs() {
         halvings,
         wall
     );
-    same!("Map", ori::Map, rows, window, deep, step, texel, first);
-    same!("Instance", ori::Place, place, rotation, maps);
+    same_layout!(&module, "Map", ori::Map, rows, window, deep, step, texel, first);
+    same_layout!(&module, "Instance", ori::Place, place, rotation, maps);
 }
 
 /// How two pictures differ.

@@ -3,6 +3,7 @@
 use super::{
     device::{Buffer, Device, GpuError},
     dmesh::{Frame, Order, Part},
+    samples::{DEPTH, nearest_wins},
 };
 use crate::runtime::dmesh;
 use wgpu::{BindGroup, BindGroupEntry, BindGroupLayout, BindingResource, RenderPipeline, ShaderStages, TextureFormat};
@@ -12,7 +13,6 @@ pub const CENTRES: f32 = 1.5e38;
 const NOTHING: f64 = 3e38;
 
 const FRONT: TextureFormat = TextureFormat::R32Float;
-const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 const IMAGES: TextureFormat = TextureFormat::Rgba16Float;
 const PICTURE: TextureFormat = TextureFormat::Rgba8UnormSrgb;
 
@@ -286,13 +286,7 @@ fn pipeline(
             cull_mode: (!back_faces).then_some(wgpu::Face::Back),
             ..wgpu::PrimitiveState::default()
         },
-        depth_stencil: (buffers > 0).then_some(wgpu::DepthStencilState {
-            format: DEPTH,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Greater),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
+        depth_stencil: (buffers > 0).then(nearest_wins),
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {
             module,

@@ -10,6 +10,17 @@ use wgpu::TextureFormat;
 pub const PICTURE: TextureFormat = TextureFormat::Rgba8UnormSrgb;
 pub const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 
+/// The depth test of all passes: depths run from the far plane at 0 to the near one, so the greater wins.
+pub fn nearest_wins() -> wgpu::DepthStencilState {
+    wgpu::DepthStencilState {
+        format: DEPTH,
+        depth_write_enabled: Some(true),
+        depth_compare: Some(wgpu::CompareFunction::Greater),
+        stencil: wgpu::StencilState::default(),
+        bias: wgpu::DepthBiasState::default(),
+    }
+}
+
 /// A texture that is drawn into and read back.
 pub fn target(d: &wgpu::Device, format: TextureFormat, [width, height]: [u32; 2]) -> wgpu::Texture {
     d.create_texture(&wgpu::TextureDescriptor {

@@ -41,8 +41,17 @@ pub(super) fn gpu() -> Option<&'static Gpu> {
     GPU.get_or_init(|| open(MEMORY)).as_ref()
 }
 
+/// Asserts that a struct of a shader has the members, offsets and size of its twin.
+macro_rules! same_layout {
+    ($module:expr, $name:literal, $ty:ty, $($field:ident),* $(,)?) => {
+        let members = vec![$((stringify!($field).to_owned(), std::mem::offset_of!($ty, $field))),*];
+        assert_eq!($crate::gpu::tests::layout($module, $name), (members, size_of::<$ty>()), $name);
+    };
+}
+pub(super) use same_layout;
+
 /// Names and offsets of a struct's members, and its size.
-pub(super) fn layout(module: &wgpu::naga::Module, name: &str) -> (Vec<(String, usize)>, usize) {
+pub(in crate::gpu) fn layout(module: &wgpu::naga::Module, name: &str) -> (Vec<(String, usize)>, usize) {
     let (_, ty) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).unwrap();
     let wgpu::naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
     let members = members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize)).collect();
@@ -57,14 +66,9 @@ fn shaders_are_valid_and_share_the_structs() {
     for source in [machine::NEAREST, machine::FRAGMENTS, &classify, &probe] {
         let module = wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)));
         valid::Validator::new(valid::ValidationFlags::all(), valid::Capabilities::default()).validate(&module).unwrap();
-        macro_rules! same {
-            ($name:literal, $ty:ty, $($field:ident),*) => {
-                let members = vec![$((stringify!($field).to_owned(), std::mem::offset_of!($ty, $field))),*];
-                assert_eq!(layout(&module, $name), (members, size_of::<$ty>()), $name);
-            };
-        }
         if source == classify || source == probe {
-            same!(
+            same_layout!(
+                &module,
                 "Sprite",
                 machine::Sprite,
                 world_to_texture,
@@ -78,9 +82,22 @@ fn shaders_are_valid_and_share_the_structs() {
             );
             continue;
         }
-        same!("Triangle", work::Triangle, corners, first, a, b, c, low, high, exponent, padding);
-        same!("Item", work::Item, triangle, tile);
-        same!("Frame", work::Frame, width, height, first_row, columns, side, items, base, perspective, round);
+        same_layout!(&module, "Triangle", work::Triangle, corners, first, a, b, c, low, high, exponent, padding);
+        same_layout!(&module, "Item", work::Item, triangle, tile);
+        same_layout!(
+            &module,
+            "Frame",
+            work::Frame,
+            width,
+            height,
+            first_row,
+            columns,
+            side,
+            items,
+            base,
+            perspective,
+            round
+        );
     }
 }
 

@@ -75,24 +75,26 @@ pub fn choose(covered: &Covered, beside: &[&Covered], choice: Choice, pixels: u6
 
 /// Pixels of the original that none of `maps` covers, of those that were drawn in this direction.
 fn missing(covered: &Covered, maps: &[u32]) -> u64 {
-    let mut union = Mask(vec![0; covered.original.0.len()]);
-    for (_, mask) in covered.maps.iter().filter(|(m, _)| maps.contains(m)) {
-        union.join(mask);
-    }
-    covered.original.beyond(&union)
+    covered.original.beyond(&union(covered, covered.maps.iter().filter(|(m, _)| maps.contains(m))))
 }
 
 fn judge(covered: &Covered, bits: u32) -> Subset {
     let chosen = || covered.maps.iter().enumerate().filter(move |(i, _)| bits >> i & 1 == 1).map(|(_, m)| m);
-    let mut union = Mask(vec![0; covered.original.0.len()]);
-    for (_, mask) in chosen() {
-        union.join(mask);
-    }
+    let union = union(covered, chosen());
     Subset {
         maps: chosen().map(|m| m.0).collect(),
         missing: covered.original.beyond(&union),
         extra: union.beyond(&covered.original),
     }
+}
+
+/// What several maps cover together.
+fn union<'a>(covered: &Covered, maps: impl Iterator<Item = &'a (u32, Mask)>) -> Mask {
+    let mut union = Mask(vec![0; covered.original.0.len()]);
+    for (_, mask) in maps {
+        union.join(mask);
+    }
+    union
 }
 
 /// The projected length threshold in pixels: s0²/GC(s0), the size at which a row of pixels misses one on average; `missing` pixels is the worst of all

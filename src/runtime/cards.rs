@@ -10,30 +10,38 @@ use std::sync::Arc;
 
 /// A square picture in space.
 pub(super) struct Card {
+    /// Unit vector towards those who see its front.
+    pub normal: DVec3,
     /// sRGB, row by row from the top; alpha cuts at one half. All cards have as many texels.
     pub texels: Vec<[u8; 4]>,
-    /// Middle of the card, metres.
-    pub centre: DVec3,
-    /// From the middle to the right and to the upper side, metres.
-    pub right: DVec3,
-    pub up: DVec3,
+    /// Its corners from the object's origin, metres, in the order of [`CORNERS`].
+    pub corners: [DVec3; 4],
 }
 
-/// The bytes of a GLB file with one object `name`: all cards, seen from both sides, with one texture. Positions are relative to `origin`, which is the
-/// object's translation.
+/// The corners of a card: to the right and up from its middle, counter-clockwise from the lower left.
+pub(super) const CORNERS: [(f64, f64); 4] = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+
+/// The bytes of a GLB file with one object `name`: all cards, `side` texels wide, with one texture. `origin` is the object's
+/// translation.
 ///
 /// # Errors
 /// Where the file cannot be written.
-pub(super) fn glb(name: &str, side: u32, origin: DVec3, cards: &[Card]) -> Result<Vec<u8>, FormatError> {
+pub(super) fn glb(
+    name: &str,
+    side: u32,
+    origin: DVec3,
+    both_sides: bool,
+    cards: &[Card],
+) -> Result<Vec<u8>, FormatError> {
     let (mut positions, mut normals, mut uv, mut triangles) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut texels = Vec::with_capacity(cards.len() * side as usize * side as usize);
     for (i, card) in cards.iter().enumerate() {
         // One picture below another.
         texels.extend_from_slice(&card.texels);
-        let normal = card.right.cross(card.up).normalize_or_zero().as_vec3().to_array();
+        let normal = card.normal.as_vec3().to_array();
         let first = positions.len() as u32;
-        for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
-            positions.push((card.centre - origin + card.right * x + card.up * y).as_vec3().to_array());
+        for (corner, (x, y)) in card.corners.iter().zip(CORNERS) {
+            positions.push(corner.as_vec3().to_array());
             normals.push(normal);
             uv.push([0.5 + 0.5 * x as f32, (i as f32 + 0.5 - 0.5 * y as f32) / cards.len() as f32]);
         }
@@ -53,7 +61,7 @@ pub(super) fn glb(name: &str, side: u32, origin: DVec3, cards: &[Card]) -> Resul
         name: name.into(),
         base_color_texture: Some(texture),
         alpha: Alpha::Mask { cutoff: 0.5 },
-        double_sided: true,
+        double_sided: both_sides,
         unlit: true,
         ..Material::default()
     };

@@ -1,5 +1,6 @@
 //! How stand-ins are drawn: the CPU twins of what ships to engines, behind one interface.
 
+mod bundle;
 mod cards;
 pub mod dmesh;
 pub mod octahedral;
@@ -8,7 +9,10 @@ pub mod ori;
 mod scene;
 mod size;
 mod sprite;
+#[cfg(test)]
+mod testing;
 
+pub use bundle::{BundleFile, Camera, ShaderFile, shader_files, shader_names};
 pub use open::{OpenError, Opened, open};
 pub use scene::Drawn as SceneStandIn;
 pub use size::Size;

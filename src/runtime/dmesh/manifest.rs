@@ -4,11 +4,7 @@
 //! unlit and normals are those of the surface. Paths are relative to the manifest's folder.
 
 use super::{Blending, DmeshError, MAX_REFERENCES, Weights};
-use crate::{
-    depth_mesh::Options,
-    view::{Projection, View},
-};
-use glam::DVec3;
+use crate::{depth_mesh::Options, runtime::Camera};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -82,27 +78,6 @@ pub struct Row {
     pub strips: Option<u64>,
 }
 
-/// The view that captured a reference; its pixels are the picture's texels.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Camera {
-    pub eye: [f64; 3],
-    /// Orthonormal, right × up = −forward.
-    pub right: [f64; 3],
-    pub up: [f64; 3],
-    pub forward: [f64; 3],
-    /// `perspective` or `orthographic`.
-    pub projection: String,
-    /// Left, right, bottom, top: tangents at depth 1 in perspective, extents otherwise.
-    pub window: [f64; 4],
-    /// Pixels.
-    pub width: u32,
-    pub height: u32,
-    /// Planar depths between which surfaces were kept.
-    pub near: f64,
-    pub far: f64,
-}
-
 impl Manifest {
     /// Parses a manifest and checks what it says of itself.
     pub fn parse(text: &[u8]) -> Result<Self, DmeshError> {
@@ -134,29 +109,5 @@ impl BlendingRow {
             return Err(format!("offset {offset}; expected a length of at least 0"));
         }
         Ok(Blending { weights, quality: self.quality, offset: self.offset })
-    }
-}
-
-impl Camera {
-    pub fn of(v: &View) -> Self {
-        let (projection, window) = match v.projection {
-            Projection::Perspective { left, right, bottom, top } => ("perspective", [left, right, bottom, top]),
-            Projection::Orthographic { left, right, bottom, top } => ("orthographic", [left, right, bottom, top]),
-        };
-        let [eye, right, up, forward] = [v.eye, v.right, v.up, v.forward].map(|a| a.to_array());
-        let (width, height, near, far) = (v.width, v.height, v.near, v.far);
-        Self { eye, right, up, forward, projection: projection.into(), window, width, height, near, far }
-    }
-
-    pub fn view(&self) -> Result<View, String> {
-        let [left, right, bottom, top] = self.window;
-        let projection = match self.projection.as_str() {
-            "perspective" => Projection::Perspective { left, right, bottom, top },
-            "orthographic" => Projection::Orthographic { left, right, bottom, top },
-            other => return Err(format!("projection `{other}`; expected `perspective` or `orthographic`")),
-        };
-        let [eye, right, up, forward] = [self.eye, self.right, self.up, self.forward].map(DVec3::from);
-        let (width, height, near, far) = (self.width, self.height, self.near, self.far);
-        Ok(View { eye, right, up, forward, projection, width, height, near, far })
     }
 }

@@ -6,13 +6,14 @@ use super::{
     write::QUALITY,
 };
 use crate::{
-    array::{Array, Bytes},
-    formats::{Files, FormatError, Limits, from_glb, image_from_bytes, scalars_from_glb},
+    array::Array,
+    formats::{Files, Limits, from_glb, image_from_bytes, scalars_from_glb},
+    runtime::bundle::{self, load},
     scene::Image,
 };
 use rayon::prelude::*;
 use std::{
-    path::{Component, Path, PathBuf},
+    path::{Path, PathBuf},
     sync::Arc,
 };
 
@@ -67,19 +68,9 @@ fn depth(folder: &Path, row: &Row, files: &dyn Files) -> Result<Array<f32>, Dmes
     Ok(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
 }
 
-fn load(path: &Path, files: &dyn Files) -> Result<Bytes, FormatError> {
-    files.read(path)?.ok_or_else(|| FormatError::Missing { file: path.to_owned() })
-}
-
 /// The path of a file of the bundle.
 fn inside(folder: &Path, name: &str) -> Result<PathBuf, DmeshError> {
-    let path = Path::new(name);
-    let plain =
-        !name.is_empty() && !name.contains('\\') && path.components().all(|c| matches!(c, Component::Normal(_)));
-    if !plain {
-        return Err(DmeshError::invalid(NAME, format!("`{name}`: expected a path inside the bundle")));
-    }
-    Ok(folder.join(path))
+    bundle::inside(folder, name).map_err(|what| DmeshError::invalid(NAME, what))
 }
 
 fn reference(folder: &Path, row: &Row, files: &(dyn Files + Sync), limits: &Limits) -> Result<Reference, DmeshError> {

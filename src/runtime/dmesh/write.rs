@@ -2,27 +2,18 @@
 
 use super::{
     Blending, Dmesh, DmeshError, Frames, Mesh, Reference,
-    manifest::{ALL, BlendingRow, Camera, FORMAT, Manifest, NAME, Row, VERSION, ViewDependent},
+    manifest::{ALL, BlendingRow, FORMAT, Manifest, NAME, Row, VERSION, ViewDependent},
     shaders::SHADERS,
 };
 use crate::{
     formats::{GlbOptions, Scalars, write_glb, write_glb_with},
     image::{Picture, encode_png},
+    runtime::bundle::{BundleFile, Camera, shader_files, shader_names},
     scene::{self, Material, Object, Part, Scene, Texture, Wrap},
 };
 use glam::Mat4;
 use rayon::prelude::*;
-use std::{collections::BTreeMap, sync::Arc};
-
-/// A file of a bundle.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct BundleFile {
-    /// Relative, with `/` between folders.
-    pub path: String,
-    /// Media type.
-    pub media: &'static str,
-    pub bytes: Vec<u8>,
-}
+use std::sync::Arc;
 
 /// Name of the attribute that holds the quality; one of its own, so that viewers leave the colour alone.
 pub(super) const QUALITY: &str = "_QUALITY";
@@ -55,7 +46,7 @@ pub fn write(
     all.objects.sort_by(|a, b| a.name.cmp(&b.name));
     let bytes = write_glb(&all, &GlbOptions::default())?;
     files.push(BundleFile { path: ALL.into(), media: "model/gltf-binary", bytes });
-    files.extend(SHADERS.iter().map(|s| BundleFile { path: s.name.into(), media: s.media, bytes: s.bytes.to_vec() }));
+    files.extend(shader_files(&SHADERS));
     Ok(files)
 }
 
@@ -77,10 +68,6 @@ pub fn manifest(
         let what = format!("{} numbers of strips for {} references", strips.len(), dmesh.references.len());
         return Err(DmeshError::invalid("dmesh", what));
     }
-    let mut shaders = BTreeMap::<String, Vec<String>>::new();
-    for s in &SHADERS {
-        shaders.entry(s.language.into()).or_default().push(s.name.into());
-    }
     let row = |(i, r): (usize, &Reference)| Row {
         name: r.name.clone(),
         camera: Camera::of(&r.view),
@@ -100,7 +87,7 @@ pub fn manifest(
         view_dependent: frames.map(|f| ViewDependent { tau: f.tau, hierarchy: f.options.clone() }),
         references: dmesh.references.iter().enumerate().map(row).collect(),
         all: ALL.into(),
-        shaders,
+        shaders: shader_names(&SHADERS),
     };
     let mut text = serde_json::to_string_pretty(&manifest).map_err(|e| DmeshError::invalid(NAME, e.to_string()))?;
     text.push('\n');

@@ -3,13 +3,10 @@
 
 use super::OctahedralError;
 use crate::{
-    array::Array,
-    formats::{GlbOptions, write_glb},
     octahedral::{Impostor, axes},
-    scene::{Alpha, Image, Material, Mesh, Object, Part, Scene, Texture, Wrap},
+    runtime::cards::{CORNERS, Card, glb},
 };
-use glam::{DVec3, Mat4};
-use std::sync::Arc;
+use glam::DVec3;
 
 /// Texels along the side of a frame in the preview, at most.
 const SIDE: u32 = 256;
@@ -31,55 +28,15 @@ pub fn preview(impostor: &Impostor) -> Result<Vec<u8>, OctahedralError> {
     let level = crate::octahedral::levels(impostor).into_iter().find(|l| l.side / grid.side <= SIDE);
     let atlas = level.unwrap_or_else(|| impostor.atlas.clone());
     let tile = (atlas.side / grid.side) as usize;
-    // The frames one below another.
-    let mut texels = Vec::with_capacity(frames.len() * tile * tile);
-    for (column, row) in &frames {
-        for y in 0..tile {
+    let card = |(column, row): &(u32, u32)| {
+        let texels = (0..tile).flat_map(|y| {
             let first = (*row as usize * tile + y) * atlas.side as usize + *column as usize * tile;
-            texels.extend_from_slice(&atlas.color[first..first + tile]);
-        }
-    }
-    let count = frames.len() as f32;
-    let height = (frames.len() * tile) as u32;
-    let image = Image { name: "color".into(), width: tile as u32, height, texels: texels.into() };
-    let (mut positions, mut normals, mut uv, mut triangles) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for (i, (column, row)) in frames.iter().enumerate() {
-        let direction = grid.direction(*column, *row);
-        let [right, up] = axes(direction).map(|a| a * impostor.radius);
-        let first = positions.len() as u32;
-        for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
-            positions.push((right * x + up * y).as_vec3().to_array());
-            normals.push(direction.as_vec3().to_array());
-            uv.push([0.5 + 0.5 * x as f32, (i as f32 + 0.5 - 0.5 * y as f32) / count]);
-        }
-        triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
-    }
-    let texture = Texture {
-        image: Arc::new(image),
-        uv_set: 0,
-        offset: [0.0; 2],
-        rotation: 0.0,
-        scale: [1.0; 2],
-        wrap: [Wrap::Clamp; 2],
-        smooth: true,
+            atlas.color[first..first + tile].iter().copied()
+        });
+        let normal = grid.direction(*column, *row);
+        let [right, up] = axes(normal).map(|a| a * impostor.radius);
+        Card { normal, texels: texels.collect(), corners: CORNERS.map(|(x, y)| right * x + up * y) }
     };
-    let material = Material {
-        name: "impostor".into(),
-        base_color_texture: Some(texture),
-        alpha: Alpha::Mask { cutoff: 0.5 },
-        double_sided: false,
-        unlit: true,
-        ..Material::default()
-    };
-    let mesh = Mesh {
-        positions: positions.into(),
-        normals: normals.into(),
-        uv: [uv.into(), Array::default()],
-        triangles: triangles.into(),
-        ..Mesh::default()
-    };
-    let part = Part { mesh: Arc::new(mesh), material: Arc::new(material) };
-    let transform = Mat4::from_translation(impostor.centre.as_vec3());
-    let scene = Scene { objects: vec![Object { name: "impostor".into(), transform, parts: vec![part] }] };
-    Ok(write_glb(&scene, &GlbOptions::default())?)
+    let cards: Vec<Card> = frames.iter().map(card).collect();
+    Ok(glb("impostor", tile as u32, impostor.centre, false, &cards)?)
 }

@@ -5,14 +5,15 @@ use super::{
     manifest::{AtlasFiles, Manifest, NAME},
 };
 use crate::{
-    array::{Array, Bytes},
-    formats::{Files, FormatError, Limits, image_from_bytes},
+    array::Array,
+    formats::{Files, Limits, image_from_bytes},
     math::Aabb,
     octahedral::{Atlas, Grid, Impostor},
+    runtime::bundle::{self, load},
 };
 use glam::DVec3;
 use std::{
-    path::{Component, Path, PathBuf},
+    path::{Path, PathBuf},
     sync::Arc,
 };
 
@@ -81,17 +82,7 @@ fn atlas(
     Ok(image.texels.clone())
 }
 
-fn load(path: &Path, files: &dyn Files) -> Result<Bytes, FormatError> {
-    files.read(path)?.ok_or_else(|| FormatError::Missing { file: path.to_owned() })
-}
-
 /// The path of a file of the bundle.
 fn inside(folder: &Path, name: &str) -> Result<PathBuf, OctahedralError> {
-    let path = Path::new(name);
-    let plain =
-        !name.is_empty() && !name.contains('\\') && path.components().all(|c| matches!(c, Component::Normal(_)));
-    if !plain {
-        return Err(OctahedralError::invalid(NAME, format!("`{name}`: expected a path inside the bundle")));
-    }
-    Ok(folder.join(path))
+    bundle::inside(folder, name).map_err(|what| OctahedralError::invalid(NAME, what))
 }

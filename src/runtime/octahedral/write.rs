@@ -10,11 +10,10 @@ use crate::{
     array::Array,
     image::{Picture, encode_png},
     octahedral::{Atlas, Impostor, levels},
-    runtime::dmesh::BundleFile,
+    runtime::bundle::{BundleFile, shader_files, shader_names},
     texture::{Format, TextureArray, dds, ktx2, mip::Level},
 };
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 
 /// Parallax steps that a manifest may ask for.
 pub const MAX_STEPS: u32 = 64;
@@ -78,10 +77,6 @@ pub fn write(impostor: &Impostor, drawing: &Drawing, textures: Textures) -> Resu
         rows.into_iter().zip(IMAGES).filter_map(|(row, image)| Some((row?, image))).collect();
     let written = rows.par_iter().map(|(row, image)| of_atlas(row, *image, &all));
     let written = written.collect::<Result<Vec<_>, OctahedralError>>()?.concat();
-    let mut shaders = BTreeMap::<String, Vec<String>>::new();
-    for s in &SHADERS {
-        shaders.entry(s.language.into()).or_default().push(s.name.into());
-    }
     let bounds =
         (!impostor.bounds.is_empty()).then(|| [impostor.bounds.min.to_array(), impostor.bounds.max.to_array()]);
     let manifest = Manifest {
@@ -99,7 +94,7 @@ pub fn write(impostor: &Impostor, drawing: &Drawing, textures: Textures) -> Resu
         steps: drawing.steps,
         atlases,
         preview: PREVIEW.into(),
-        shaders,
+        shaders: shader_names(&SHADERS),
     };
     let mut text =
         serde_json::to_string_pretty(&manifest).map_err(|e| OctahedralError::invalid(NAME, e.to_string()))?;
@@ -107,7 +102,7 @@ pub fn write(impostor: &Impostor, drawing: &Drawing, textures: Textures) -> Resu
     let mut out = vec![BundleFile { path: NAME.into(), media: "application/json", bytes: text.into_bytes() }];
     out.extend(written);
     out.push(BundleFile { path: PREVIEW.into(), media: "model/gltf-binary", bytes: preview(impostor)? });
-    out.extend(SHADERS.iter().map(|s| BundleFile { path: s.name.into(), media: s.media, bytes: s.bytes.to_vec() }));
+    out.extend(shader_files(&SHADERS));
     Ok(out)
 }
 

@@ -2,14 +2,14 @@
 
 use super::{
     instances::Instance,
-    model::{Loaded, Model},
+    model::{Drawing, Loaded, Model},
     picture::{Scope, paint},
 };
 use crate::{
     image::Picture,
     math::{Stop, Stopped},
     raster::{NOTHING, Rendering, Surface},
-    relief::{Candidate, Hit, Ray, resolve, trace},
+    relief::{Candidate, Hit, Ray, Strategy, resolve, trace},
     scene::Wrap,
     view::{Projection, View},
 };
@@ -118,7 +118,7 @@ impl Scope for Eye<'_> {
             let ray = map.field.ray(origin, direction);
             let Some(hit) = trace(&map.field, &ray, near, far, &drawing.trace) else { continue };
             hits[k] = Some(hit);
-            candidates[k] = Some(candidate(map, &ray, &hit, drawing.trace.wall));
+            candidates[k] = Some(candidate(map, &ray, &hit, drawing));
         }
         let k = resolve(drawing.strategy, &candidates[..count])?;
         let hit = hits[k]?;
@@ -165,12 +165,15 @@ pub const MAPS: usize = 8;
 /// Pixels of depth from one pixel to the next that count as an edge.
 pub(super) const EDGE: f64 = 4.0;
 
-fn candidate(map: &Loaded, ray: &Ray, hit: &Hit, wall: f32) -> Candidate {
+fn candidate(map: &Loaded, ray: &Ray, hit: &Hit, drawing: &Drawing) -> Candidate {
+    let wall = drawing.trace.wall;
+    // Normals cost as much as the ray: only strategies that rank by them ask for them.
+    let ranked = matches!(drawing.strategy, Strategy::Normal | Strategy::BiasedDepth);
     Candidate {
         plane: -ray.origin.z / ray.direction.z,
         depth: hit.t,
         range: map.range as f32,
-        cos: -map.field.normal(hit.point, wall).z,
+        cos: if ranked { -map.field.normal(hit.point, wall).z } else { 0.0 },
         tolerance: (f64::from(wall) * map.field.texel) as f32,
     }
 }

@@ -6,7 +6,7 @@
 use super::{Drawing, OriError};
 use crate::{
     relief::{DepthBits, REACHES, Search, Strategy, Trace},
-    runtime::dmesh::Camera,
+    runtime::Camera,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

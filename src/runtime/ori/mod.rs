@@ -23,9 +23,9 @@ pub use instances::{DrawnInstances, Instance, draw_instances};
 pub use manifest::{FORMAT, NAME};
 pub use model::{Drawing, Model, Ori};
 pub use read::{Bundle, read};
-pub use shaders::{SHADER, SHADERS, ShaderFile};
+pub use shaders::{SHADER, SHADERS};
 pub use stand_in::OriStandIn;
 pub use tree::{
     Front, RegionRow, TREE_FORMAT, TREE_NAME, TREE_VERSION, TreeManifest, TreeStandIn, projected_size, stated_threshold,
 };
-pub use write::{Extras, shader_files, write};
+pub use write::{Extras, write};

@@ -4,7 +4,7 @@ use super::{Ori, OriError};
 use crate::{
     image::{Picture, encode_png},
     relief::ReliefMap,
-    runtime::cards::{Card, glb},
+    runtime::cards::{CORNERS, Card, glb},
     view::directions::window,
 };
 use glam::DVec3;
@@ -46,7 +46,7 @@ pub(super) fn cards(ori: &Ori) -> Result<Vec<u8>, OriError> {
     }
     let centre = ori.bounds.centre();
     let cards: Vec<Card> = chosen.iter().filter_map(|i| card(&ori.maps[*i].1, centre)).collect();
-    Ok(glb("impostor", ori.maps[0].1.side(), centre, &cards)?)
+    Ok(glb("impostor", ori.maps[0].1.side(), centre, true, &cards)?)
 }
 
 fn card(map: &ReliefMap, centre: DVec3) -> Option<Card> {
@@ -55,10 +55,11 @@ fn card(map: &ReliefMap, centre: DVec3) -> Option<Card> {
     let middle = window.centre();
     // As deep as the middle of the object.
     let depth = (centre - view.eye).dot(view.forward);
+    let at = view.eye + view.right * middle.x + view.up * middle.y + view.forward * depth;
+    let (right, up) = (view.right * (window.max.x - middle.x), view.up * (window.max.y - middle.y));
     Some(Card {
+        normal: right.cross(up).normalize_or_zero(),
         texels: map.color.to_vec(),
-        centre: view.eye + view.right * middle.x + view.up * middle.y + view.forward * depth,
-        right: view.right * (window.max.x - middle.x),
-        up: view.up * (window.max.y - middle.y),
+        corners: CORNERS.map(|(x, y)| at - centre + right * x + up * y),
     })
 }

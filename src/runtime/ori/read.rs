@@ -5,14 +5,14 @@ use super::{
     manifest::{Manifest, NAME, TextureRow},
 };
 use crate::{
-    array::Bytes,
-    formats::{Files, FormatError},
+    formats::Files,
     math::Aabb,
     relief::textures::Textures,
+    runtime::bundle::{self, load},
     texture::{TextureArray, ktx2},
 };
 use glam::DVec3;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 /// What a bundle holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,17 +78,7 @@ fn texture(folder: &Path, row: &TextureRow, files: &dyn Files) -> Result<Texture
     ktx2::read((*bytes).as_ref()).map_err(|error| OriError::Texture { file: row.ktx2.clone(), error })
 }
 
-fn load(path: &Path, files: &dyn Files) -> Result<Bytes, FormatError> {
-    files.read(path)?.ok_or_else(|| FormatError::Missing { file: path.to_owned() })
-}
-
 /// The path of a file of the bundle.
 pub(super) fn inside(folder: &Path, name: &str) -> Result<PathBuf, OriError> {
-    let path = Path::new(name);
-    let plain =
-        !name.is_empty() && !name.contains('\\') && path.components().all(|c| matches!(c, Component::Normal(_)));
-    if !plain {
-        return Err(OriError::invalid(NAME, format!("`{name}`: expected a path inside the bundle")));
-    }
-    Ok(folder.join(path))
+    bundle::inside(folder, name).map_err(|what| OriError::invalid(NAME, what))
 }

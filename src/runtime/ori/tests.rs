@@ -14,7 +14,7 @@ use crate::{
         select::{Choice, Subset},
         textures::{Compression, compress},
     },
-    runtime::{Context, StandIn, dmesh::BundleFile},
+    runtime::{BundleFile, Context, StandIn},
     scene::builtin,
     view::View,
 };

@@ -8,13 +8,12 @@ use super::{
     read,
 };
 use crate::{
-    array::Bytes,
-    formats::{self, Files, FormatError, Limits},
+    formats::{self, Files, Limits},
     image::{Picture, srgb},
     math::{Aabb, Stopped},
     raster::{Geometry, NOTHING, Rendering},
     relief::Strategy,
-    runtime::{Context, Drawn, SceneStandIn, Shot, Size, StandIn},
+    runtime::{Context, Drawn, SceneStandIn, Shot, Size, StandIn, bundle::load},
     scene::Scene,
     view::{Projection, View},
 };
@@ -137,10 +136,7 @@ impl TreeStandIn {
     /// # Errors
     /// Where a file is missing or not as it should be.
     pub fn read(folder: &Path, files: &(dyn Files + Sync), limits: &Limits) -> Result<Self, OriError> {
-        let load = |path: &Path| -> Result<Bytes, OriError> {
-            Ok(files.read(path)?.ok_or_else(|| FormatError::Missing { file: path.to_owned() })?)
-        };
-        let manifest = TreeManifest::parse((*load(&folder.join(TREE_NAME))?).as_ref())?;
+        let manifest = TreeManifest::parse((*load(&folder.join(TREE_NAME), files)?).as_ref())?;
         let children = manifest.children()?;
         let (mut regions, mut size) = (Vec::new(), Size::default());
         for (row, children) in manifest.regions.iter().zip(children) {
@@ -159,7 +155,7 @@ impl TreeStandIn {
             let mesh = match &row.mesh {
                 Some(name) => {
                     let path = read::inside(folder, name)?;
-                    let scene = formats::from_glb(&path, load(&path)?, limits)?;
+                    let scene = formats::from_glb(&path, load(&path, files)?, limits)?;
                     let own = Size::of(&scene);
                     size.memory_bytes += own.memory_bytes;
                     let geometry = Geometry::new(&scene);
@@ -197,16 +193,6 @@ impl TreeStandIn {
         front
     }
 
-    /// Number of regions.
-    pub fn len(&self) -> usize {
-        self.regions.len()
-    }
-
-    /// There is always a root.
-    pub fn is_empty(&self) -> bool {
-        false
-    }
-
     /// Draws a front; [`StandIn::draw`] draws that of the view.
     pub fn draw_front(
         &self,
@@ -232,8 +218,6 @@ impl TreeStandIn {
             over(&mut all, mesh.draw(&fine, &once, context)?);
             let shot = mesh.draw(view, &once, context)?;
             let planes = shot.planes;
-            let first = view.width * view.height;
-            // Surfaces of a mesh are numbered behind the pixels.
             let behind = centres.planes;
             let numbers = shot.surface;
             let mut by_pixel = Vec::with_capacity(numbers.len());
@@ -244,7 +228,6 @@ impl TreeStandIn {
                     (centres.depth[p], centres.surface[p]) = (shot.depth[p], p as u32);
                 }
             }
-            debug_assert!(by_pixel.len() == first as usize);
             centres.planes = Box::new(move |p| {
                 let own = by_pixel[p as usize];
                 if own.is_nan() { behind(p) } else { own }

@@ -4,14 +4,14 @@ use super::{
     Ori, OriError,
     manifest::{DepthRow, DrawingRow, FORMAT, Manifest, MapRow, NAME, SelectionRow, TextureRow, VERSION},
     preview,
-    shaders::{SHADERS, ShaderFile},
+    shaders::SHADERS,
 };
 use crate::{
     relief::{
         measure::{Selection, Spread},
         textures::Textures,
     },
-    runtime::dmesh::{BundleFile, Camera},
+    runtime::bundle::{BundleFile, Camera, ShaderFile, shader_files, shader_names},
     texture::{dds, ktx2},
 };
 use std::collections::BTreeMap;
@@ -69,7 +69,7 @@ pub fn write(
         }
         rows.insert(name.to_owned(), row);
     }
-    let (shaders, shader_files) = if extras.shaders { shader_files() } else { Default::default() };
+    let shaders: &[ShaderFile] = if extras.shaders { &SHADERS } else { &[] };
     let spread = |s: Spread| [s.min, s.avg, s.max];
     let manifest = Manifest {
         format: FORMAT.into(),
@@ -89,14 +89,14 @@ pub fn write(
         textures: rows,
         preview: PREVIEW.into(),
         cards: CARDS.into(),
-        shaders,
+        shaders: shader_names(shaders),
     };
     let mut text = serde_json::to_string_pretty(&manifest).map_err(|e| OriError::invalid(NAME, e.to_string()))?;
     text.push('\n');
     files.insert(0, BundleFile { path: NAME.into(), media: "application/json", bytes: text.into_bytes() });
     files.push(BundleFile { path: PREVIEW.into(), media: "image/png", bytes: preview::sheet(ori)? });
     files.push(BundleFile { path: CARDS.into(), media: "model/gltf-binary", bytes: preview::cards(ori)? });
-    files.extend(shader_files);
+    files.extend(shader_files(shaders));
     Ok(files)
 }
 
@@ -106,14 +106,4 @@ pub struct Extras {
     /// DDS files beside the KTX2 files.
     pub dds: bool,
     pub shaders: bool,
-}
-
-/// The shaders of an impostor: names by language, and the files.
-pub fn shader_files() -> (BTreeMap<String, Vec<String>>, Vec<BundleFile>) {
-    let mut names = BTreeMap::<String, Vec<String>>::new();
-    for s in &SHADERS {
-        names.entry(s.language.into()).or_default().push(s.name.into());
-    }
-    let file = |s: &ShaderFile| BundleFile { path: s.name.into(), media: s.media, bytes: s.bytes.to_vec() };
-    (names, SHADERS.iter().map(file).collect())
 }

@@ -2,37 +2,16 @@
 
 use super::*;
 use crate::{
-    array::Bytes,
-    formats::{Files, FormatError, Limits, from_glb},
+    formats::{Limits, from_glb},
+    runtime::{BundleFile, testing::Memory},
     scene::Image,
 };
 use glam::DVec3;
 use proptest::prelude::*;
 use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
+    path::Path,
     sync::{Arc, OnceLock},
 };
-
-/// Files in memory, below `b/`.
-#[derive(Clone, Default)]
-struct Memory(BTreeMap<PathBuf, Vec<u8>>);
-
-impl Memory {
-    fn of(files: &[BundleFile]) -> Self {
-        Self(files.iter().map(|f| (Path::new("b").join(&f.path), f.bytes.clone())).collect())
-    }
-}
-
-impl Files for Memory {
-    fn read(&self, path: &Path) -> Result<Option<Bytes>, FormatError> {
-        Ok(self.0.get(path).map(|b| Arc::new(b.clone()) as Bytes))
-    }
-
-    fn real(&self, path: &Path) -> Option<PathBuf> {
-        self.0.contains_key(path).then(|| path.to_owned())
-    }
-}
 
 fn open(files: &Memory) -> Result<Bundle, DmeshError> {
     read(Path::new("b"), files, &Limits::default())

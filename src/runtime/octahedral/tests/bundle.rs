@@ -2,38 +2,17 @@
 
 use super::*;
 use crate::{
-    array::{Array, Bytes},
-    formats::{Files, FormatError, Limits, from_glb},
-    runtime::{Opened, dmesh::BundleFile, open},
+    array::Array,
+    formats::{Limits, from_glb},
+    runtime::{BundleFile, Opened, open, testing::Memory},
     scene::Alpha,
     texture::{Format, dds, ktx2},
 };
 use proptest::prelude::*;
 use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
+    path::Path,
     sync::{Arc, OnceLock},
 };
-
-/// Files in memory, below `b/`.
-#[derive(Clone, Default)]
-struct Memory(BTreeMap<PathBuf, Vec<u8>>);
-
-impl Memory {
-    fn of(files: &[BundleFile]) -> Self {
-        Self(files.iter().map(|f| (Path::new("b").join(&f.path), f.bytes.clone())).collect())
-    }
-}
-
-impl Files for Memory {
-    fn read(&self, path: &Path) -> Result<Option<Bytes>, FormatError> {
-        Ok(self.0.get(path).map(|b| Arc::new(b.clone()) as Bytes))
-    }
-
-    fn real(&self, path: &Path) -> Option<PathBuf> {
-        self.0.contains_key(path).then(|| path.to_owned())
-    }
-}
 
 fn read_all(files: &Memory) -> Result<Bundle, OctahedralError> {
     read(Path::new("b"), files, &Limits::default())
