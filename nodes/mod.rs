@@ -27,18 +27,22 @@ macro_rules! kinds {
 
 kinds! {
     one method {
+        classify_occlusion::ClassifyOcclusion,
         classify_points::ClassifyPoints,
         collide_sprites::CollideSprites,
         depth_mesh::DepthMesh,
         draw_sprites::DrawSprites,
         field_scene::FieldScene,
         fit_factor::FitFactor,
+        hex_cells::HexCells,
         load_scene::LoadScene,
+        lod_levels::LodLevels,
         make_scene::MakeScene,
         measure_coverage::MeasureCoverage,
         pack_atlas::PackAtlas,
         render_slices::RenderSlices,
         select_objects::SelectObjects,
+        separate_placement::SeparatePlacement,
         split_objects::SplitObjects,
         split_region::SplitRegion,
         view_cell::ViewCell,
@@ -46,15 +50,15 @@ kinds! {
     }
     methods {
         /// `collapse`: fewer triangles.
-        collapse { quadric::Quadric, voxel_cover::VoxelCover, voxel_quadric::VoxelQuadric }
+        collapse { quadric::Quadric, silhouette_weight::SilhouetteWeight, voxel_cover::VoxelCover, voxel_quadric::VoxelQuadric }
         /// `compress`: the same in fewer bytes.
         compress { ranges::Ranges, textures::Textures }
         /// `evaluate`: certificates.
-        evaluate { coverage::Coverage, directions::Directions, points::Points, views::Views }
+        evaluate { coverage::Coverage, directions::Directions, points::Points, views::Views, walk::Walk }
         /// `peel`: more than the nearest surface.
-        peel { layers::Layers, solid::Solid }
+        peel { layers::Layers, solid::Solid, windows::Windows }
         /// `resample`: textures for simplified meshes.
-        resample { octahedral::Octahedral, relief::Relief, voxels::Voxels }
+        resample { octahedral::Octahedral, relief::Relief, views::Views, voxels::Voxels }
         /// `select-impostors`: which relief maps a direction of view needs.
         select_impostors { best::Best, closest::Closest }
         /// `select-views`: from where something is looked at.
@@ -69,7 +73,7 @@ kinds! {
         /// `view-region`: the places from which a stand-in is looked at, where they are no view cell.
         view_region { path::Path, sphere::Sphere }
         /// `write`: stand-ins as bundles of files that other programs open.
-        write { dmesh::Dmesh, glb::Glb, octahedral::Octahedral, ori::OriNode, ori_tree::OriTree, sprite::Sprite }
+        write { dmesh::Dmesh, glb::Glb, hybrid_lod::HybridLod, hybrid_lod_cell::HybridLodCell, octahedral::Octahedral, ori::OriNode, ori_tree::OriTree, sprite::Sprite }
     }
 }
 
@@ -77,7 +81,7 @@ use crate::{
     engine::{
         node::{Ctx, NodeError},
         plan::{Bundle, File},
-        registry::{Planned, Registry, Renamed},
+        registry::{Registry, Renamed},
     },
     raster::{Backend, Cpu},
     runtime::BundleFile,
@@ -147,13 +151,6 @@ fn json_file(value: &serde_json::Value) -> Result<Arc<File>, NodeError> {
     Ok(Arc::new(File { media_type: "application/json".into(), bytes: json_bytes(value)? }))
 }
 
-/// Methods that are designed but not built yet.
-const PLANNED: [Planned; 3] = [
-    Planned { kind: "select-views", methods: &["cell-windows"] },
-    Planned { kind: "collapse", methods: &["silhouette-weight"] },
-    Planned { kind: "resample", methods: &["views"] },
-];
-
 /// Names that pipelines used before kinds had methods.
 const RENAMED: [Renamed; 5] = [
     Renamed { kind: "write-glb", param: "", now: "kind = \"write\" and method = \"glb\"; its output is `bundle`" },
@@ -177,7 +174,7 @@ const RENAMED: [Renamed; 5] = [
 
 /// Every kind that the program knows.
 pub fn registry() -> Registry {
-    let mut r = Registry::new(&PLANNED, &RENAMED);
+    let mut r = Registry::new(&[], &RENAMED);
     add_all(&mut r);
     r
 }

@@ -13,6 +13,7 @@ pub mod formats;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod image;
+pub mod lod;
 pub mod math;
 pub mod mesh;
 pub mod octahedral;

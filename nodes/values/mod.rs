@@ -6,6 +6,7 @@ mod capture;
 mod charted_mesh;
 mod depth_meshes;
 mod factor;
+mod lod;
 mod octahedral;
 mod region_tree;
 mod relief;

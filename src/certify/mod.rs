@@ -24,6 +24,7 @@ mod requirements;
 mod shading;
 mod summary;
 pub mod views;
+pub mod walk;
 mod worst;
 
 pub use about::{Better, Helps, Measure, measure, measures};
@@ -32,7 +33,7 @@ pub use compare::{CompareError, Comparison, Context, Mode, Options, VIEWS_AT_ONC
 pub use figures::{Band, Count, Figures, LostDetail, MeanMax, MeanMin, Total, rounded};
 pub use modes::{Everywhere, ModeFigures};
 pub use requirements::{Limits, Requirement, Verdict};
-pub use shading::Choice;
+pub use shading::{Choice, colorless};
 pub use views::Sampling;
 
 #[cfg(test)]

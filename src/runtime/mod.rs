@@ -3,6 +3,7 @@
 mod bundle;
 mod cards;
 pub mod dmesh;
+pub mod hybrid_lod;
 pub mod octahedral;
 mod open;
 pub mod ori;

@@ -2,11 +2,13 @@
 
 mod camera;
 mod cell;
+mod prism;
 pub mod directions;
 mod region;
 mod sphere;
 
 pub use camera::{Projection, View};
 pub use cell::Cell;
+pub use prism::{HexCell, HexGrid, Prism};
 pub use region::Region;
 pub use sphere::enclosing_sphere;
