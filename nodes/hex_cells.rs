@@ -142,7 +142,8 @@ impl Node for HexCells {
         }
         let cells: Vec<HexCell> = chosen.iter().map(|(c, r)| grid.hex_cell(*c, *r)).collect();
         let has: BTreeSet<&str> = cells.iter().map(|c| c.name.as_str()).collect();
-        let kept = |c: &HexCell| c.neighbours.iter().map(|n| n.0.clone()).filter(|n| has.contains(n.as_str())).collect();
+        let kept =
+            |c: &HexCell| c.neighbours.iter().map(|n| n.0.clone()).filter(|n| has.contains(n.as_str())).collect();
         let neighbours = Relation(cells.iter().map(|c| (c.name.clone(), kept(c))).collect());
         let mut cells: Vec<_> = cells.into_iter().map(|c| (c.name.clone(), Arc::new(c))).collect();
         cells.sort_by(|a, b| a.0.cmp(&b.0));
@@ -159,7 +160,11 @@ fn along(grid: &HexGrid, path: &[[f64; 2]], most: u32) -> Result<BTreeSet<(u32, 
         let (a, b) = (DVec2::from(pair[0]), DVec2::from(pair[1]));
         let steps = (a.distance(b) / (grid.size * STEP)).ceil().max(1.0);
         if steps > f64::from(most) * 1000.0 {
-            return Err(NodeError::Failed(format!("`path`: a line of {} m is too long for cells of {} m", a.distance(b), grid.size)));
+            return Err(NodeError::Failed(format!(
+                "`path`: a line of {} m is too long for cells of {} m",
+                a.distance(b),
+                grid.size
+            )));
         }
         out.extend((0..=steps as u64).filter_map(|i| at(a.lerp(b, i as f64 / steps))));
     }
@@ -190,7 +195,9 @@ mod tests {
     fn some_cells_and_those_of_a_path() {
         let params = Params { size: 1.0, area: vec![0.0, 0.0, 30.0, 30.0], ..Params::default() };
         let some = Params { cells: vec!["3,4".into(), "0,0".into()], ..params.clone() };
-        let names = |p: &Params| -> Vec<String> { run::<HexCells>(p, In { scene: solids() }).0.unwrap().cells.0.iter().map(|c| c.0.clone()).collect() };
+        let names = |p: &Params| -> Vec<String> {
+            run::<HexCells>(p, In { scene: solids() }).0.unwrap().cells.0.iter().map(|c| c.0.clone()).collect()
+        };
         assert_eq!(names(&some), ["0,0", "3,4"]);
         let path = names(&Params { path: vec![[0.0, 0.0], [0.0, 5.0]], ..params });
         assert_eq!(path, ["0,0", "0,1", "0,2", "0,3"]);
@@ -205,6 +212,9 @@ mod tests {
         let empty = In { scene: Arc::default() };
         assert!(run::<HexCells>(&Params::default(), empty).0.err().unwrap().to_string().contains("no triangles"));
         assert_eq!(refused::<HexCells>(&Params { size: -1.0, ..Params::default() }).as_deref(), Some("size"));
-        assert_eq!(refused::<HexCells>(&Params { heights: vec![2.0], ..Params::default() }).as_deref(), Some("heights"));
+        assert_eq!(
+            refused::<HexCells>(&Params { heights: vec![2.0], ..Params::default() }).as_deref(),
+            Some("heights")
+        );
     }
 }

@@ -50,7 +50,9 @@ impl Node for SeparatePlacement {
     fn run(_: &Params, inputs: In, _: &Ctx) -> Result<Out, NodeError> {
         let [object] = &inputs.object.objects[..] else {
             let n = inputs.object.objects.len();
-            return Err(NodeError::Failed(format!("expected a scene of one object, found {n}; `split-objects` gives such scenes")));
+            return Err(NodeError::Failed(format!(
+                "expected a scene of one object, found {n}; `split-objects` gives such scenes"
+            )));
         };
         let placement = Placement {
             transform: DAffine3::from_mat4(object.transform.as_dmat4()),
@@ -73,7 +75,9 @@ mod tests {
         let mut moved = scene.objects[0].clone();
         moved.name = "another".into();
         moved.transform = Mat4::from_rotation_y(1.0) * moved.transform;
-        let separate = |o: &Object| run::<SeparatePlacement>(&Params {}, In { object: Arc::new(Scene { objects: vec![o.clone()] }) }).0.unwrap();
+        let separate = |o: &Object| {
+            run::<SeparatePlacement>(&Params {}, In { object: Arc::new(Scene { objects: vec![o.clone()] }) }).0.unwrap()
+        };
         let (a, b) = (separate(&scene.objects[0]), separate(&moved));
         assert_eq!(a.shape, b.shape);
         assert_ne!(a.placement, b.placement);

@@ -123,7 +123,7 @@ fn mistakes_are_named_before_anything_runs() {
         ("mesh.segmentation=orthogonal", "orthogonality"),
         ("views.faces=[\"left\"]", "pos-x"),
         ("capture.layers=0", "layers"),
-        ("views.method=cell-windows", "not built yet"),
+        ("views.method=cell-windows", "box-faces"),
     ] {
         let (code, ran, text) = bake(folder.path(), "dmesh", &[set]);
         assert!(code == 2 && ran.is_empty() && text.contains(what), "{set}: {code} {text}");

@@ -212,7 +212,16 @@ fn frames(params: &Params, manifest: &Manifest, path: &[DVec3], pace: Pace) -> R
                 NodeError::Failed(format!("`path` leaves the baked cells at x = {:.3}, z = {:.3} m", p.eye.x, p.eye.z))
             })?;
             let n = params.resolution;
-            let view = View::look_at(p.eye, p.eye + p.heading, DVec3::Y, params.fov.to_radians(), n, n, bounds, manifest.size * 1e5);
+            let view = View::look_at(
+                p.eye,
+                p.eye + p.heading,
+                DVec3::Y,
+                params.fov.to_radians(),
+                n,
+                n,
+                bounds,
+                manifest.size * 1e5,
+            );
             Ok(Frame { view, cell })
         })
         .collect()
@@ -232,7 +241,11 @@ fn certificate(frames: &[FrameFigures], manifest: &Manifest, original_triangles:
     let cells = |f: &dyn Fn(&Entry) -> f64| mean(&manifest.cells.iter().map(f).collect::<Vec<_>>());
     let ratio = original_triangles as f64 / cells(&|c| (c.triangles + c.inside_triangles) as f64).max(1.0);
     let ends = |values: &[f64], places: i32| {
-        if values.is_empty() { Value::Null } else { json!({ "avg": rounded(mean(values), places), "min": rounded(least(values), places) }) }
+        if values.is_empty() {
+            Value::Null
+        } else {
+            json!({ "avg": rounded(mean(values), places), "min": rounded(least(values), places) })
+        }
     };
     let tops = |values: &[f64], places: i32| json!({ "avg": rounded(mean(values), places), "max": rounded(most(values), places) });
     json!({

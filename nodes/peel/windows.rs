@@ -76,7 +76,8 @@ impl Node for Windows {
             Ok(Object { name: name.clone(), transform: DMat4::from(*transform).as_mat4(), parts: shape.parts.clone() })
         };
         let objects = inputs.stand_in.members.iter().map(object).collect::<Result<_, NodeError>>()?;
-        let windows = render::windows(backend(ctx), &Scene { objects }, &inputs.stand_in.cameras, params.samples, ctx.stop)?;
+        let windows =
+            render::windows(backend(ctx), &Scene { objects }, &inputs.stand_in.cameras, params.samples, ctx.stop)?;
         Ok(Out { windows: Arc::new(windows) })
     }
 }

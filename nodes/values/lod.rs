@@ -137,9 +137,8 @@ struct CameraRow {
 impl CameraRow {
     fn of(v: &View) -> Self {
         let window = match v.projection {
-            Projection::Perspective { left, right, bottom, top } | Projection::Orthographic { left, right, bottom, top } => {
-                [left, right, bottom, top]
-            }
+            Projection::Perspective { left, right, bottom, top }
+            | Projection::Orthographic { left, right, bottom, top } => [left, right, bottom, top],
         };
         let mut frame = [0.0; 12];
         for (to, from) in frame.chunks_exact_mut(3).zip([v.eye, v.right, v.up, v.forward]) {
@@ -196,7 +195,11 @@ impl Artifact for Subject {
             return Err(DecodeError::section("head", "expected a focal length and 1 to 32 cameras"));
         }
         Ok(Self {
-            members: head.members.into_iter().map(|(n, t)| Ok((n, affine_of(t)?))).collect::<Result<_, DecodeError>>()?,
+            members: head
+                .members
+                .into_iter()
+                .map(|(n, t)| Ok((n, affine_of(t)?)))
+                .collect::<Result<_, DecodeError>>()?,
             views: if head.multi { Views::Multi } else { Views::Single },
             cell: prism_of(head.cell)?,
             outline: head.outline.outline()?,
@@ -332,7 +335,13 @@ impl Artifact for Textured {
             let end = at.checked_add(count).filter(|e| *e <= texels.len() && count > 0);
             let own = texels[at..end.ok_or_else(|| wrong("expected the texels of all patches"))?].to_vec();
             at += count;
-            patches.push(Patch { window: h.window, origin: h.origin, width: h.size[0], height: h.size[1], texels: own });
+            patches.push(Patch {
+                window: h.window,
+                origin: h.origin,
+                width: h.size[0],
+                height: h.size[1],
+                texels: own,
+            });
         }
         let out = Self {
             positions: data.array("positions")?.to_vec(),
@@ -346,7 +355,8 @@ impl Artifact for Textured {
         let good = [out.uv.len(), out.depth.len(), out.patch.len()] == [n; 3]
             && out.patch.iter().all(|p| (*p as usize) < out.patches.len())
             && out.triangles.as_flattened().iter().all(|v| (*v as usize) < n);
-        good.then_some(out).ok_or_else(|| DecodeError::section("triangles", "expected a mesh with a patch for each vertex"))
+        good.then_some(out)
+            .ok_or_else(|| DecodeError::section("triangles", "expected a mesh with a patch for each vertex"))
     }
 }
 

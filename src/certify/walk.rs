@@ -146,13 +146,8 @@ fn meets(view: &View, b: &Aabb) -> bool {
     });
     let (crate::view::Projection::Perspective { left, right, bottom, top }
     | crate::view::Projection::Orthographic { left, right, bottom, top }) = view.projection;
-    let outside: [&dyn Fn(&DVec3) -> bool; 5] = [
-        &|c| c.z <= 0.0,
-        &|c| c.x < left * c.z,
-        &|c| c.x > right * c.z,
-        &|c| c.y < bottom * c.z,
-        &|c| c.y > top * c.z,
-    ];
+    let outside: [&dyn Fn(&DVec3) -> bool; 5] =
+        [&|c| c.z <= 0.0, &|c| c.x < left * c.z, &|c| c.x > right * c.z, &|c| c.y < bottom * c.z, &|c| c.y > top * c.z];
     !outside.iter().any(|o| corners.iter().all(|c| o(c)))
 }
 
@@ -309,6 +304,9 @@ mod tests {
         assert!(c.missing > 0 && c.triangles < c.original_triangles && c.popping.unwrap().share > 0.0);
         assert!(d.popping.is_none() && walked.worst.is_some() && walked.middle.is_some());
         let fails = |_| Err::<Scene, &str>("gone");
-        assert!(matches!(walk(&scene, &frames, &fails, &Rendering::default(), context, &|_, _| {}), Err(WalkError::Cell("gone"))));
+        assert!(matches!(
+            walk(&scene, &frames, &fails, &Rendering::default(), context, &|_, _| {}),
+            Err(WalkError::Cell("gone"))
+        ));
     }
 }

@@ -221,12 +221,12 @@ mod tests {
         let registry = crate::nodes::registry();
         let text = methods(&registry, "collapse");
         assert!(
-            text.starts_with("collapse quadric        Simplifies every mesh")
-                && text.contains("\ncollapse voxel-cover    Contracts the"),
+            text.starts_with("collapse quadric            Simplifies every mesh")
+                && text.contains("\ncollapse voxel-cover        Contracts the"),
             "{text}"
         );
-        assert!(text.contains("\ncollapse voxel-quadric  Simplifies"), "{text}");
-        assert!(text.contains("\nNot built yet: `silhouette-weight`\n"), "{text}");
+        assert!(text.contains("\ncollapse voxel-quadric      Simplifies"), "{text}");
+        assert!(text.contains("\ncollapse silhouette-weight"), "{text}");
         assert!(!text.contains("\npeel") && list(&registry).contains("\npeel solid"), "{text}");
     }
 }

@@ -87,7 +87,8 @@ impl Cluster {
 /// Clusters of the objects with these outlines, each seen from the origin with `focal` pixels per radian. `passes` is the test for the
 /// self-occluding error. The clusters are in the order of their first members.
 pub fn cluster(outlines: &[Outline], focal: f64, passes: &dyn Fn(&Outline) -> bool) -> Vec<Cluster> {
-    let one = |i: usize| Cluster { members: vec![i], outline: outlines[i].clone(), rect: Rect::of(&outlines[i], focal) };
+    let one =
+        |i: usize| Cluster { members: vec![i], outline: outlines[i].clone(), rect: Rect::of(&outlines[i], focal) };
     let mut sorted: Vec<Cluster> = (0..outlines.len()).map(one).collect();
     sorted.sort_by(|a, b| b.rect.texels().total_cmp(&a.rect.texels()));
     let mut clusters: Vec<Cluster> = Vec::new();

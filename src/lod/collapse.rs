@@ -299,7 +299,8 @@ fn quadrics(mesh: &Mesh, around: &[Vec<u32>], outline: f64, hidden: f64) -> Vec<
         let here = normal(*t).z;
         for k in 0..3 {
             let (a, b) = (t[k], t[(k + 1) % 3]);
-            let other = around[a as usize].iter().find(|o| **o as usize != i && mesh.triangles[**o as usize].contains(&b));
+            let other =
+                around[a as usize].iter().find(|o| **o as usize != i && mesh.triangles[**o as usize].contains(&b));
             let is_outline = other.is_none_or(|o| (normal(mesh.triangles[*o as usize]).z > 0.0) != (here > 0.0));
             if !is_outline {
                 continue;

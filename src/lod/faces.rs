@@ -62,7 +62,12 @@ pub fn surface(
     };
     let mut out = Surface::default();
     for ((_, transform), levels) in subject.members.iter().zip(levels) {
-        let scale = transform.matrix3.x_axis.length().max(transform.matrix3.y_axis.length()).max(transform.matrix3.z_axis.length());
+        let scale = transform
+            .matrix3
+            .x_axis
+            .length()
+            .max(transform.matrix3.y_axis.length())
+            .max(transform.matrix3.z_axis.length());
         let level: &Level = levels.within(tolerance / scale.max(f64::MIN_POSITIVE));
         out.error = out.error.max(level.error * scale);
         let positions: Vec<DVec3> =

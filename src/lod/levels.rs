@@ -70,7 +70,8 @@ pub fn levels(scene: &Scene) -> Option<Levels> {
 impl Levels {
     /// Those of an object without triangles.
     pub fn empty() -> Self {
-        let level = Level { error: 0.0, positions: Array::default(), colors: Array::default(), triangles: Array::default() };
+        let level =
+            Level { error: 0.0, positions: Array::default(), colors: Array::default(), triangles: Array::default() };
         Self { levels: vec![level], double_sided: false }
     }
 
@@ -179,7 +180,8 @@ mod tests {
             assert!(pair[1].triangles.len() < pair[0].triangles.len() && pair[1].error > pair[0].error);
         }
         let own = levels.levels[0].triangles.iter().flat_map(|t| {
-            let p: Vec<DVec3> = t.iter().map(|v| Vec3::from(levels.levels[0].positions[*v as usize]).as_dvec3()).collect();
+            let p: Vec<DVec3> =
+                t.iter().map(|v| Vec3::from(levels.levels[0].positions[*v as usize]).as_dvec3()).collect();
             [(p[0] + p[1]) * 0.5, (p[0] + p[1] + p[2]) / 3.0]
         });
         let own = own.map(|p| (p.distance(centre) - radius).abs()).fold(0.0, f64::max);

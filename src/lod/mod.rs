@@ -19,3 +19,6 @@ pub mod subject;
 pub mod texture;
 pub mod weights;
 pub mod window;
+
+#[cfg(test)]
+mod tests;

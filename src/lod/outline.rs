@@ -1,10 +1,6 @@
 //! Where an object stands, told without its mesh: a convex polygon on the ground and a range of heights that hold it.
 
-use crate::{
-    mesh::card,
-    scene::Object,
-    view::Prism,
-};
+use crate::{mesh::card, scene::Object, view::Prism};
 use glam::{DVec2, DVec3, Vec3};
 
 /// Corners of an outline, at most.
@@ -58,7 +54,8 @@ impl Outline {
 
     /// Its middle.
     pub fn centre(&self) -> DVec3 {
-        let (min, max) = self.plan.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
+        let (min, max) =
+            self.plan.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
         let m = (min + max) * 0.5;
         DVec3::new(m.x, (self.low + self.high) * 0.5, m.y)
     }
@@ -66,7 +63,11 @@ impl Outline {
     /// Its extent along the direction from the origin to its middle: the paper's depth l.
     pub fn depth(&self) -> f64 {
         let direction = self.centre().normalize_or(DVec3::X);
-        let (near, far) = self.corners().iter().map(|c| c.dot(direction)).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), d| (a.min(d), b.max(d)));
+        let (near, far) = self
+            .corners()
+            .iter()
+            .map(|c| c.dot(direction))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), d| (a.min(d), b.max(d)));
         far - near
     }
 
@@ -80,7 +81,11 @@ impl Outline {
     /// The outline that holds two of them.
     pub fn union(&self, other: &Self) -> Self {
         let all: Vec<DVec2> = self.plan.iter().chain(&other.plan).copied().collect();
-        Self { plan: card::simplify(&card::hull(&all), CORNERS), low: self.low.min(other.low), high: self.high.max(other.high) }
+        Self {
+            plan: card::simplify(&card::hull(&all), CORNERS),
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+        }
     }
 }
 
@@ -96,7 +101,8 @@ fn nearest_on(polygon: &[DVec2]) -> DVec2 {
 }
 
 fn inside(polygon: &[DVec2], p: DVec2) -> bool {
-    polygon.len() >= 3 && polygon.iter().zip(polygon.iter().cycle().skip(1)).all(|(a, b)| (*b - *a).perp_dot(p - *a) >= 0.0)
+    polygon.len() >= 3
+        && polygon.iter().zip(polygon.iter().cycle().skip(1)).all(|(a, b)| (*b - *a).perp_dot(p - *a) >= 0.0)
 }
 
 /// Whether a side of `a` has all of `b` strictly outside. A polygon of two corners has the line through them, one of one corner nothing.
@@ -148,7 +154,10 @@ mod tests {
             assert!((o.low, o.high) == (b.min.y, b.max.y) && o.plan.len() <= CORNERS);
             let one = crate::scene::Scene { objects: vec![object.clone()] };
             for p in one.points() {
-                let grown = Outline { plan: o.plan.iter().map(|c| *c + (*c - DVec2::new(o.centre().x, o.centre().z)) * 1e-9).collect(), ..o.clone() };
+                let grown = Outline {
+                    plan: o.plan.iter().map(|c| *c + (*c - DVec2::new(o.centre().x, o.centre().z)) * 1e-9).collect(),
+                    ..o.clone()
+                };
                 assert!(grown.plan.len() < 3 || inside(&grown.plan, DVec2::new(p.x, p.z)), "{}: {p}", object.name);
             }
         }

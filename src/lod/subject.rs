@@ -93,9 +93,12 @@ pub fn classify(cell: &Prism, neighbours: &[DVec3], objects: &[(String, &Placeme
     for c in &mut singles {
         c.members.iter_mut().for_each(|m| *m = single[*m].0);
     }
-    for (views, c) in singles.into_iter().map(|c| (Views::Single, c)).chain(multi.into_iter().map(|c| (Views::Multi, c))) {
+    for (views, c) in
+        singles.into_iter().map(|c| (Views::Single, c)).chain(multi.into_iter().map(|c| (Views::Multi, c)))
+    {
         let eyes = neighbours.iter().map(|n| *n - cell.centre).filter(|_| views == Views::Multi);
-        let cameras = std::iter::once(DVec3::ZERO).chain(eyes).filter_map(|eye| window(&c.outline, eye, focal)).collect();
+        let cameras =
+            std::iter::once(DVec3::ZERO).chain(eyes).filter_map(|eye| window(&c.outline, eye, focal)).collect();
         let member = |m: &usize| {
             let (name, placement) = &objects[*m];
             let mut transform = placement.transform;
@@ -147,8 +150,13 @@ mod tests {
 
     #[test]
     fn near_objects_stay_far_ones_have_one_view() {
-        let objects =
-            [("a", at(0.0, 0.0, 5.0)), ("b", at(100.0, 0.0, 20.0)), ("c", at(2000.0, 0.0, 5.0)), ("d", at(53.0, 0.0, 4.0)), ("e", at(-2000.0, 30.0, 5.0))];
+        let objects = [
+            ("a", at(0.0, 0.0, 5.0)),
+            ("b", at(100.0, 0.0, 20.0)),
+            ("c", at(2000.0, 0.0, 5.0)),
+            ("d", at(53.0, 0.0, 4.0)),
+            ("e", at(-2000.0, 30.0, 5.0)),
+        ];
         let found = classified(&objects, &HOW);
         assert_eq!(found.inside, ["a", "d"]);
         let views = |n: &str| found.subjects.iter().find(|s| s.0 == n).map(|s| (s.1.views, s.1.cameras.len()));
@@ -161,7 +169,11 @@ mod tests {
 
     #[test]
     fn clusters_are_named_by_their_first_member() {
-        let objects = [("far", at(2010.0, 1.0, 5.0)), ("near", at(1990.0, 0.0, 5.0)), ("none", Placement { outline: None, ..at(0.0, 0.0, 1.0) })];
+        let objects = [
+            ("far", at(2010.0, 1.0, 5.0)),
+            ("near", at(1990.0, 0.0, 5.0)),
+            ("none", Placement { outline: None, ..at(0.0, 0.0, 1.0) }),
+        ];
         let found = classified(&objects, &HOW);
         assert_eq!(found.subjects.iter().map(|s| s.0.as_str()).collect::<Vec<_>>(), ["far+1"]);
         let alone = classified(&objects, &Classifying { clusters: false, ..HOW });

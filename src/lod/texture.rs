@@ -67,13 +67,7 @@ const POINTS: u32 = 12;
 
 /// The textured mesh of the `surface` that a collapse left. There is at least one window. `single`: all faces take the first window, but for those
 /// that face it and are hidden.
-pub fn texture(
-    surface: &Surface,
-    weights: &Weights,
-    windows: &Windows,
-    single: bool,
-    how: &Texturing,
-) -> Textured {
+pub fn texture(surface: &Surface, weights: &Weights, windows: &Windows, single: bool, how: &Texturing) -> Textured {
     let triangles = &surface.triangles;
     let views: Vec<u32> = triangles.iter().map(|t| views_of(surface, weights, *t, windows, how)).collect();
     let chosen = choose(surface, triangles, &views, windows, single);
@@ -165,7 +159,13 @@ fn views_of(surface: &Surface, weights: &Weights, t: [u32; 3], windows: &Windows
 
 /// The window of each face. The centre's where it sees the face or, for meshes of one view, where the face turns its back to it and continues the
 /// picture's outline. The other faces take as few windows as a greedy cover finds: again and again the one that shows the most of what is left.
-fn choose(surface: &Surface, triangles: &[[u32; 3]], views: &[u32], windows: &Windows, single: bool) -> Vec<Option<u32>> {
+fn choose(
+    surface: &Surface,
+    triangles: &[[u32; 3]],
+    views: &[u32],
+    windows: &Windows,
+    single: bool,
+) -> Vec<Option<u32>> {
     let area = |t: &[u32; 3], k: u32| {
         let [p, q, r] = t.map(|v| {
             let (x, y, _) = windows.0[k as usize].view.project(surface.positions[v as usize]);
@@ -177,17 +177,22 @@ fn choose(surface: &Surface, triangles: &[[u32; 3]], views: &[u32], windows: &Wi
     let mut left: Vec<usize> = Vec::new();
     for (i, t) in triangles.iter().enumerate() {
         let seen = views[i] & 1 == 1;
-        if single && (seen || area(t, 0) <= 0.0) || seen && (1..windows.0.len() as u32).all(|k| views[i] >> k & 1 == 0 || area(t, 0) * LARGER >= area(t, k)) {
+        if single && (seen || area(t, 0) <= 0.0)
+            || seen && (1..windows.0.len() as u32).all(|k| views[i] >> k & 1 == 0 || area(t, 0) * LARGER >= area(t, k))
+        {
             out[i] = Some(0);
         } else if !single && views[i] != 0 {
             left.push(i);
         }
     }
     while !left.is_empty() {
-        let shown = |k: u32| left.iter().filter(|i| views[**i] >> k & 1 == 1).map(|i| area(&triangles[*i], k)).sum::<f64>();
-        let best = (0..windows.0.len() as u32).map(|k| (shown(k), k)).max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+        let shown =
+            |k: u32| left.iter().filter(|i| views[**i] >> k & 1 == 1).map(|i| area(&triangles[*i], k)).sum::<f64>();
+        let best =
+            (0..windows.0.len() as u32).map(|k| (shown(k), k)).max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
         let Some((shows, best)) = best.filter(|b| b.0 > 0.0) else { break };
-        let gained: Vec<[u32; 3]> = left.iter().filter(|i| views[**i] >> best & 1 == 1).map(|i| triangles[*i]).collect();
+        let gained: Vec<[u32; 3]> =
+            left.iter().filter(|i| views[**i] >> best & 1 == 1).map(|i| triangles[*i]).collect();
         let Some((min, max)) = extent(surface, windows, best, &gained) else { break };
         let texels = (max - min + f64::from(2 * GUTTER)).element_product();
         // A few faces far apart: blocks of their own are smaller than the picture around them all.

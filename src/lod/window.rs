@@ -71,7 +71,8 @@ mod tests {
     #[test]
     fn the_picture_holds_the_outline_with_its_margin() {
         let plan = [(-3.0, -2.0), (3.0, -2.0), (3.0, 2.0), (-3.0, 2.0)];
-        let outline = Outline { plan: plan.iter().map(|(x, z)| DVec2::new(20.0 + x, 5.0 + z)).collect(), low: -1.0, high: 4.0 };
+        let outline =
+            Outline { plan: plan.iter().map(|(x, z)| DVec2::new(20.0 + x, 5.0 + z)).collect(), low: -1.0, high: 4.0 };
         let view = window(&outline, DVec3::new(0.0, 1.0, 0.0), 300.0).unwrap();
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for c in outline.corners() {

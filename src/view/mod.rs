@@ -2,8 +2,8 @@
 
 mod camera;
 mod cell;
-mod prism;
 pub mod directions;
+mod prism;
 mod region;
 mod sphere;
 

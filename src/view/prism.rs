@@ -138,10 +138,16 @@ impl HexGrid {
     pub fn neighbours(&self, column: u32, row: u32) -> Vec<(u32, u32)> {
         let (c, r) = (i64::from(column), i64::from(row));
         let lower = if column % 2 == 1 { 0 } else { -1 };
-        let around = [(c, r - 1), (c, r + 1), (c - 1, r + lower), (c - 1, r + lower + 1), (c + 1, r + lower), (c + 1, r + lower + 1)];
-        let inside = |(c, r): &(i64, i64)| {
-            (0..i64::from(self.columns)).contains(c) && (0..i64::from(self.rows)).contains(r)
-        };
+        let around = [
+            (c, r - 1),
+            (c, r + 1),
+            (c - 1, r + lower),
+            (c - 1, r + lower + 1),
+            (c + 1, r + lower),
+            (c + 1, r + lower + 1),
+        ];
+        let inside =
+            |(c, r): &(i64, i64)| (0..i64::from(self.columns)).contains(c) && (0..i64::from(self.rows)).contains(r);
         let mut out: Vec<(u32, u32)> = around.into_iter().filter(inside).map(|(c, r)| (c as u32, r as u32)).collect();
         out.sort_unstable();
         out

@@ -38,7 +38,9 @@ pub fn cell_files(entry: &Entry, stand_ins: &[(&str, &Subject, &Textured)], page
         None => {
             let largest = patches.iter().max_by_key(|(_, p)| p.width.max(p.height));
             let (name, w, h) = largest.map_or(("", 0, 0), |(n, p)| (*n, p.width, p.height));
-            return Err(format!("a texture of `{name}` has {w} × {h} texels, an atlas page at most {page} × {page}; expected a larger `page` or a smaller `resolution`"));
+            return Err(format!(
+                "a texture of `{name}` has {w} × {h} texels, an atlas page at most {page} × {page}; expected a larger `page` or a smaller `resolution`"
+            ));
         }
     };
     let mut pages: Vec<Vec<[u8; 4]>> =
@@ -65,7 +67,8 @@ pub fn cell_files(entry: &Entry, stand_ins: &[(&str, &Subject, &Textured)], page
         .collect();
     let materials: Vec<Arc<Material>> = atlases.iter().map(|image| Arc::new(material(image.clone()))).collect();
     let mut scene = Scene::default();
-    let mut row = Entry { texels: atlases.iter().map(|a| u64::from(a.width) * u64::from(a.height)).sum(), ..entry.clone() };
+    let mut row =
+        Entry { texels: atlases.iter().map(|a| u64::from(a.width) * u64::from(a.height)).sum(), ..entry.clone() };
     let mut first = 0;
     let centre = Mat4::from_translation(DVec3::from(entry.centre).as_vec3());
     for (name, subject, t) in stand_ins {
@@ -131,7 +134,13 @@ fn material(image: Arc<Image>) -> Material {
         wrap: [Wrap::Clamp; 2],
         smooth: true,
     };
-    Material { name: "captured".into(), unlit: true, double_sided: false, base_color_texture: Some(texture), ..Material::default() }
+    Material {
+        name: "captured".into(),
+        unlit: true,
+        double_sided: false,
+        base_color_texture: Some(texture),
+        ..Material::default()
+    }
 }
 
 /// The `triangles` of a stand-in that lie on one page of `size` texels.

@@ -102,7 +102,8 @@ mod tests {
     #[test]
     fn cells_are_found_and_nonsense_is_refused() {
         let grid = HexGrid { origin: DVec3::ZERO, size: 10.0, half_height: 1.0, columns: 3, rows: 3 };
-        let entry = |c, r| Entry { name: HexGrid::name(c, r), centre: grid.cell(c, r).centre.to_array(), ..Entry::default() };
+        let entry =
+            |c, r| Entry { name: HexGrid::name(c, r), centre: grid.cell(c, r).centre.to_array(), ..Entry::default() };
         let manifest = Manifest::new(&grid, vec![entry(2, 1), entry(0, 0)]);
         let bytes = serde_json::to_vec(&manifest).unwrap();
         let read = Manifest::read(&bytes).unwrap();
