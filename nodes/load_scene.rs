@@ -21,7 +21,8 @@ use std::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
-    /// The file (`.glb`, `.gltf`, `.obj`, `.ply`, `.toml`), or `builtin:city`, `builtin:car`, `builtin:solids`.
+    /// The file (`.glb`, `.gltf`, `.obj`, `.ply`, `.toml`), or `builtin:city`, `builtin:car`, `builtin:park`,
+    /// `builtin:solids`.
     pub path: SourcePath,
     /// Whether the scene may name files outside its own folder.
     pub allow_outside: bool,
@@ -256,7 +257,10 @@ mod tests {
         assert!(read.is_empty());
         let bad = Params { path: SourcePath("builtin:town".into()), ..Params::default() };
         let (param, text) = LoadScene::check(&bad).unwrap_err();
-        assert_eq!((param, text.as_str()), ("path", "there is no built-in scene `town`; there are car, city, solids"));
+        assert_eq!(
+            (param, text.as_str()),
+            ("path", "there is no built-in scene `town`; there are car, city, park, solids")
+        );
         assert_eq!(LoadScene::check(&Params::default()).unwrap_err().0, "path");
     }
 

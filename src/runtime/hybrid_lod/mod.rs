@@ -1,7 +1,12 @@
-//! Hybrid textured LOD meshes at run time (Chen et al. 2003, section 3.2): which cell the eye is in, and what is drawn there.
+//! Hybrid textured LOD meshes at run time (Chen et al. 2003, section 3.2): which cell the eye is in, what is drawn there, what is read before it is
+//! needed, and a simulator that tells how long a walk has to wait for the disk.
 
 mod cell;
 mod manifest;
+pub mod prefetch;
+pub mod simulate;
+#[cfg(test)]
+mod simulate_tests;
 
 pub use cell::{CellFiles, cell_files, cell_scene};
 pub use manifest::{FORMAT, MANIFEST, Manifest, ManifestError};

@@ -4,6 +4,7 @@
 
 mod car;
 mod city;
+pub mod park;
 mod random;
 mod shape;
 mod solids;
@@ -14,13 +15,14 @@ pub use random::Random;
 use super::Scene;
 
 /// Names that [`make`] knows.
-pub const NAMES: [&str; 3] = ["car", "city", "solids"];
+pub const NAMES: [&str; 4] = ["car", "city", "park", "solids"];
 
 /// The procedural scene `name` grown from `seed`; `None` for a name that is not in [`NAMES`].
 pub fn make(name: &str, seed: u64) -> Option<Scene> {
     let mut scene = match name {
         "car" => car::car(),
         "city" => city::city(seed),
+        "park" => park::park(seed),
         "solids" => solids::solids(),
         _ => return None,
     };
@@ -66,6 +68,7 @@ mod tests {
             assert_eq!(scene, make(name, 1).unwrap());
         }
         assert_ne!(make("city", 1), make("city", 2));
+        assert_ne!(make("park", 1), make("park", 2));
     }
 
     #[test]

@@ -70,3 +70,24 @@ pub fn blocks(name: &str, seed: u64, rows: u32, joint: [f32; 3], dark: [f32; 3],
         if fx < 0.04 || fy < 0.08 { mix(joint, face, 0.25) } else { face }
     })
 }
+
+/// Painted bands, one above the other: steps, dots, zigzags and plain ground, worn by noise.
+pub fn bands(name: &str, seed: u64, ground: [f32; 3], ink: [f32; 3], accent: [f32; 3]) -> Arc<Image> {
+    const ROWS: f32 = 8.0;
+    let noise = Noise::new(seed);
+    paint(name, |u, v| {
+        let row = (v * ROWS).floor();
+        let (x, y) = (u * 12.0, v * ROWS - row);
+        let fx = x - x.floor();
+        let painted = match (row as u64 + seed) % 4 {
+            _ if !(0.08..0.92).contains(&y) => Some(ink),
+            0 => (((fx * 4.0).floor() - (y * 4.0).floor()).rem_euclid(4.0) < 2.0).then_some(ink),
+            1 => ((fx - 0.5) * (fx - 0.5) + (y - 0.5) * (y - 0.5) < 0.09).then_some(accent),
+            2 => ((fx - 0.5).abs() * 1.6 + 0.1 - y).abs().lt(&0.14).then_some(ink),
+            _ => None,
+        };
+        let worn = noise.at(u, v);
+        let face = mix(ground, mix(ground, accent, 0.35), worn);
+        painted.map_or(face, |paint| mix(paint, face, 0.15 + 0.4 * worn))
+    })
+}
