@@ -136,7 +136,10 @@ impl Node for HexCells {
         chosen.extend(along(&grid, &params.path, params.most)?);
         if chosen.is_empty() {
             if !params.path.is_empty() {
-                return Err(NodeError::Failed("`path` meets no cell: it runs outside of the ground".into()));
+                return Err(NodeError::Failed(format!(
+                    "`path` meets no cell: expected points of the ground, x from {} to {} and z from {} to {} m",
+                    min.x, max.x, min.y, max.y
+                )));
             }
             chosen.extend(grid.cells());
         }

@@ -44,7 +44,7 @@ const PLACES: [(&str, f64, f64); 4] = [("a", 0.0, 0.0), ("b", 28.0, 60.0), ("c",
 /// A small bake with these changes: exit code, the names of the nodes that ran and how often, what was said.
 fn bake(folder: &Path, arguments: &[&str]) -> (i32, Vec<String>, String) {
     let mut command = support::command(folder, "hybrid-lod");
-    let small = ["scene=park.toml", "size=8", "resolution=128", "views=6", "cells.cells=[\"2,2\",\"2,3\"]"];
+    let small = ["scene=park.toml", "size=8", "resolution=128", "views=6", "path=[]", "cells.cells=[\"2,2\",\"2,3\"]"];
     for set in small {
         if !arguments.iter().any(|a| a.split('=').next() == set.split('=').next()) {
             command.args(["--set", set]);
@@ -131,7 +131,7 @@ fn another_tolerance_captures_nothing_again() {
 fn objects_in_a_cell_are_drawn_as_they_are() {
     // One in the first cell, and nothing else: a cell without stand-ins is legal.
     let folder = park(&[("only", 24.0, 34.6)]);
-    let arguments = ["cells.area=[0,0,60,60]", "evaluate.path=[[24,34],[24,36]]", "cells.cells=[\"2,2\"]"];
+    let arguments = ["path=[]", "cells.area=[0,0,60,60]", "evaluate.path=[[24,34],[24,36]]", "cells.cells=[\"2,2\"]"];
     let (code, _, text) = bake(folder.path(), &arguments);
     assert_eq!(code, 0, "{text}");
     let cell = &json(folder.path(), "hybrid-lod.json")["cells"][0];

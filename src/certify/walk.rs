@@ -301,7 +301,8 @@ mod tests {
             assert_eq!((same.missing, same.extra, same.psnr_y_db, same.popping), (0, 0, 100.0, None));
             assert_eq!(same.triangles, same.original_triangles);
         }
-        assert!(c.missing > 0 && c.triangles < c.original_triangles && c.popping.unwrap().share > 0.0);
+        let popping = c.popping.unwrap();
+        assert!(c.missing > 0 && c.triangles < c.original_triangles && popping.psnr_y_db == c.psnr_y_db, "{c:?}");
         assert!(d.popping.is_none() && walked.worst.is_some() && walked.middle.is_some());
         let fails = |_| Err::<Scene, &str>("gone");
         assert!(matches!(

@@ -73,11 +73,12 @@ pub fn surface(
         let positions: Vec<DVec3> =
             level.positions.iter().map(|p| transform.transform_point3(Vec3::from(*p).as_dvec3())).collect();
         let mirrored = transform.matrix3.determinant() < 0.0;
+        let turned = levels.double_sided && is_inside_out(level, &positions, mirrored, seen);
         let mut normals = vec![DVec3::ZERO; positions.len()];
         let mut fronts = vec![0_u32; positions.len()];
         let mut kept: Vec<[u32; 3]> = Vec::new();
         for t in level.triangles.iter() {
-            let t = if mirrored { [t[0], t[2], t[1]] } else { *t };
+            let t = if mirrored != turned { [t[0], t[2], t[1]] } else { *t };
             let [a, b, c] = t.map(|v| positions[v as usize]);
             let n = (b - a).cross(c - a);
             let bits = eyes.iter().enumerate().fold(0, |bits, (k, e)| bits | u32::from(n.dot(*e - a) > 0.0) << k);
@@ -108,6 +109,21 @@ pub fn surface(
         }
     }
     out
+}
+
+/// Whether more of what is visible from the cell's centre shows its back: double-sided objects may be wound inwards.
+fn is_inside_out(level: &Level, positions: &[DVec3], mirrored: bool, seen: &dyn Fn(DVec3) -> bool) -> bool {
+    let mut front = 0.0;
+    for t in level.triangles.iter() {
+        let [a, b, c] = t.map(|v| positions[v as usize]);
+        let middle = (a + b + c) / 3.0;
+        if seen(middle) {
+            // As large as it looks from the centre, up to a constant.
+            front -=
+                (b - a).cross(c - a).dot(middle) / (middle.length_squared() * middle.length()).max(f64::MIN_POSITIVE);
+        }
+    }
+    if mirrored { front > 0.0 } else { front < 0.0 }
 }
 
 #[cfg(test)]

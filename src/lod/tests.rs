@@ -126,18 +126,20 @@ fn no_hole_is_larger_than_the_tolerance_from_anywhere_in_the_cell() {
 }
 
 #[test]
-fn no_edge_has_two_faces_on_one_side() {
+fn no_edge_has_more_than_two_faces() {
     for (name, distance) in [("torus", 9.0), ("sphere", 30.0), ("box", 10.0)] {
         let case = case(name, distance);
         for cost in [CostKind::Paper, CostKind::Parallax] {
             let how = Simplifying { cost, ..SIMPLIFYING };
             let simplified = simplify(&case.subject, &[&case.levels], &case.windows, &how, &Stop::default()).unwrap();
-            let mut edges = std::collections::BTreeSet::new();
+            let mut edges = std::collections::BTreeMap::new();
             for t in &simplified.surface.triangles {
                 for k in 0..3 {
-                    assert!(edges.insert((t[k], t[(k + 1) % 3])), "{name} {cost:?}: a directed edge twice");
+                    let (a, b) = (t[k], t[(k + 1) % 3]);
+                    *edges.entry((a.min(b), a.max(b))).or_insert(0) += 1;
                 }
             }
+            assert!(edges.values().all(|n| *n <= 2), "{name} {cost:?}");
             // Vertices are the original's.
             let member = case.subject.members[0].1;
             let level: std::collections::BTreeSet<[u64; 3]> = case
@@ -162,8 +164,9 @@ fn tolerances_and_counts_are_kept() {
     assert!(
         paper(6.0) < paper(1.0) && paper(1.0) <= count(&Simplifying { cost: CostKind::Paper, t_l: 0.0, ..SIMPLIFYING })
     );
-    let limited = count(&Simplifying { tolerance: 1e3, triangles: 100, ..SIMPLIFYING });
-    assert!((90..=101).contains(&limited), "{limited}");
+    let half = at(0.1) / 2;
+    let limited = count(&Simplifying { tolerance: 1e3, triangles: half, ..SIMPLIFYING });
+    assert!(limited <= half && limited + 2 >= half, "{limited} of {half}");
 }
 
 #[test]
