@@ -13,9 +13,19 @@ use std::sync::Arc;
 /// Simplifies an object again and again, each time within twice the error, by meshoptimizer. Stand-ins for far cells start from a level that differs from the
 /// original by a fraction of a pixel instead of from the original, which costs a fraction of the time. The first level is the original with vertices of one
 /// position joined.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Params {}
+pub struct Params {
+    /// Levels, at most; 1 gives the original only.
+    #[schemars(range(min = 1, max = 11))]
+    pub most: u32,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { most: 11 }
+    }
+}
 
 ports! {
     pub struct In {
@@ -45,9 +55,9 @@ impl Node for LodLevels {
         (8 << 20) + sizes[0].saturating_mul(6)
     }
 
-    fn run(_: &Params, inputs: In, _: &Ctx) -> Result<Out, NodeError> {
+    fn run(params: &Params, inputs: In, _: &Ctx) -> Result<Out, NodeError> {
         // An object without triangles has no outline, so no stand-in asks for its levels.
-        let levels = levels(&inputs.shape).unwrap_or_else(Levels::empty);
+        let levels = levels(&inputs.shape, params.most).unwrap_or_else(Levels::empty);
         Ok(Out { levels: Arc::new(levels) })
     }
 }

@@ -37,8 +37,8 @@ const LEVELS: i32 = 10;
 /// A level is kept where it has at most this share of the one before.
 const WORTH: f64 = 0.7;
 
-/// The levels of a scene, which is taken as one object. `None` where it has no triangle.
-pub fn levels(scene: &Scene) -> Option<Levels> {
+/// At most `most` levels of a scene, which is taken as one object. `None` where it has no triangle.
+pub fn levels(scene: &Scene, most: u32) -> Option<Levels> {
     let first = weld(scene);
     if first.triangles.is_empty() {
         return None;
@@ -46,6 +46,9 @@ pub fn levels(scene: &Scene) -> Option<Levels> {
     let diagonal = crate::math::Aabb::of(first.positions.iter().map(|p| Vec3::from(*p))).diagonal();
     let mut out = vec![first];
     for k in 0..LEVELS {
+        if out.len() >= most as usize {
+            break;
+        }
         let error = diagonal * FIRST * f64::from(1_u32 << k);
         let last = &out[out.len() - 1];
         let surface = Surface { positions: &last.positions, attributes: &[], weights: &[], triangles: &last.triangles };
@@ -172,7 +175,7 @@ mod tests {
     #[test]
     fn levels_get_coarser_within_their_error() {
         let scene = sphere();
-        let levels = levels(&scene).unwrap();
+        let levels = levels(&scene, 11).unwrap();
         assert!(levels.levels.len() >= 3);
         let bounds = scene.bounds();
         let (centre, radius) = (bounds.centre(), bounds.size().y * 0.5);
@@ -202,12 +205,12 @@ mod tests {
     fn vertices_are_joined_and_coloured() {
         let mut scene = builtin::make("car", 1).unwrap();
         let before = scene.triangle_count();
-        let levels = levels(&scene).unwrap();
+        let levels = levels(&scene, 11).unwrap();
         assert!(levels.triangles() <= before && levels.triangles() > before / 2);
         let mut seen = std::collections::BTreeSet::new();
         assert!(levels.levels[0].positions.iter().all(|p| seen.insert(p.map(f32::to_bits))));
         assert!(levels.levels[0].colors.iter().collect::<std::collections::BTreeSet<_>>().len() > 2);
         scene.objects.clear();
-        assert_eq!(super::levels(&scene), None);
+        assert_eq!(super::levels(&scene, 11), None);
     }
 }

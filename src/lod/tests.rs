@@ -62,7 +62,7 @@ fn case(name: &str, distance: f32) -> Case {
     let member = &subject.members[0];
     let local = Scene { objects: vec![Object { transform: DMat4::from(member.1).as_mat4(), ..o.clone() }] };
     let windows = render::windows(&Cpu, &local, &subject.cameras, 2, &Stop::default()).unwrap();
-    Case { levels: levels(&shape).unwrap(), original, subject, windows, grid }
+    Case { levels: levels(&shape, 11).unwrap(), original, subject, windows, grid }
 }
 
 impl Case {
