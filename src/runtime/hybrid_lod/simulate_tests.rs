@@ -83,9 +83,9 @@ fn a_walk_waits_for_its_first_cell_only() {
 
 #[test]
 fn the_disks_speed_is_kept() {
-    let slow = Settings { disk: 2e6, ..settings() };
+    let slow = Settings { disk: 1e6, ..settings() };
     let report = usual().play(&walk(560), &slow).unwrap();
-    assert!(report.totals.stalls > 1, "2.3 MB take longer than the 1.7 s in a cell, eight neighbours far longer");
+    assert!(report.totals.stalls > 1, "2.3 MB take longer than the 1.7 s in a cell");
     // Never more than the disk has had time for, waits included, but for the rounding of one byte.
     let (mut time, mut read) = (0.0, 0u64);
     for frame in &report.frames {
@@ -178,7 +178,7 @@ fn textures_go_up_within_the_budget() {
     assert!(over > 10 && over == report.totals.frames_over_budget);
     // The first cell's textures are there after a few frames, those of the next before they are needed.
     let missing: Vec<usize> = (0..560).filter(|i| report.frames[*i].missing_texture_bytes > 0).collect();
-    assert_eq!(missing, [0, 1, 2], "400,000 bytes a frame: 390, 700, 355 thousand");
+    assert_eq!(missing, [0, 1, 2], "312, 90, 700 and 355 thousand bytes: 402 are too many for one frame");
     assert_eq!(report.totals.frames_with_missing_textures, 3);
     let tight = usual().play(&walk(560), &Settings { texture_budget: 0, ..settings() }).unwrap();
     assert!(tight.frames.iter().all(|f| f.textures <= 1));
@@ -186,10 +186,10 @@ fn textures_go_up_within_the_budget() {
 
 #[test]
 fn cells_ahead_are_read_before_those_behind() {
-    // Time for four cells of eight before the border, looking at it: three lie ahead.
+    // Time for three cells of eight before the border.
     let board = Board::new(5, |_| (1_000_000, Vec::new()));
     let path: Vec<Pose> =
-        (0..60).map(|i| Pose { eye: DVec3::new(110.0 + i as f64 * 0.6, 0.0, 125.0), aim: DVec3::X }).collect();
+        (0..80).map(|i| Pose { eye: DVec3::new(110.0 + i as f64 * 0.6, 0.0, 125.0), aim: DVec3::X }).collect();
     let slow = Settings { disk: 3.2e6, fov: 1.2, ..settings() };
     let ahead = board.play(&path, &slow).unwrap();
     let entered: Vec<_> = ahead.frames.iter().skip(1).filter(|f| f.demanded > 0).collect();

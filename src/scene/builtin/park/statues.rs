@@ -142,23 +142,22 @@ fn vase(detail: f64) -> Sculpt {
         let belly = 3.2 + 5.4 * step(3.0, 14.0, y) - 5.2 * step(14.0, 24.0, y) + 2.6 * step(24.0, 28.0, y);
         belly + 1.2 * (1.0 - step(0.0, 3.0, y))
     };
-    let rows: Vec<Vec2> = (0..=nv)
-        .map(|j| {
-            let t = j as f32 / nv as f32;
-            match t {
-                _ if j == 0 => Vec2::new(0.0, 6.0),
-                _ if j == nv => Vec2::ZERO,
-                _ if t < 0.4 => {
-                    let y = 6.0 + 22.0 * (t / 0.4);
-                    Vec2::new((wall(y) - 0.7) * step(0.0, 0.06, t), y)
-                }
-                _ => {
-                    let y = 28.0 * (1.0 - (t - 0.4) / 0.58).max(0.0);
-                    Vec2::new(wall(y) * (1.0 - 0.6 * step(0.98, 1.0, t)), y)
-                }
-            }
-        })
-        .collect();
+    let row = |j: u32| {
+        let t = j as f32 / nv as f32;
+        if j == 0 {
+            Vec2::new(0.0, 6.0)
+        } else if j == nv {
+            Vec2::new(wall(0.0), 0.0)
+        } else if t < 0.4 {
+            let y = 6.0 + 22.0 * (t / 0.4);
+            Vec2::new((wall(y) - 0.7) * step(0.0, 0.06, t), y)
+        } else {
+            let y = 28.0 * (1.0 - (t - 0.4) / 0.6);
+            Vec2::new(wall(y), y)
+        }
+    };
+    // The foot is a crease.
+    let rows: Vec<Vec2> = (0..=nv).map(row).chain([row(nv), Vec2::ZERO]).collect();
     lathe(&mut sculpt, cells(22, detail), &rows, [3.0, 2.0], |_, _| 1.0);
     for side in [1.0, -1.0] {
         let handle = |t: f32| {
