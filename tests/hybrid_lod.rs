@@ -17,8 +17,9 @@ fn park(places: &[(&str, f64, f64)]) -> TempDir {
                 std::f64::consts::PI * f64::from(i) / f64::from(rings),
                 std::f64::consts::TAU * f64::from(j) / f64::from(sides),
             );
-            let r = 2.0 + 0.2 * (5.0 * b).sin() * a.sin();
-            let _ = writeln!(text, "v {} {} {}", r * a.sin() * b.cos(), 2.2 + r * a.cos(), -r * a.sin() * b.sin());
+            let (sin, cos) = (libm::sin(a), libm::cos(a));
+            let r = 2.0 + 0.2 * libm::sin(5.0 * b) * sin;
+            let _ = writeln!(text, "v {} {} {}", r * sin * libm::cos(b), 2.2 + r * cos, -r * sin * libm::sin(b));
         }
     }
     for i in 0..rings {

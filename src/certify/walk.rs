@@ -148,7 +148,7 @@ fn meets(view: &View, b: &Aabb) -> bool {
     | crate::view::Projection::Orthographic { left, right, bottom, top }) = view.projection;
     let outside: [&dyn Fn(&DVec3) -> bool; 5] =
         [&|c| c.z <= 0.0, &|c| c.x < left * c.z, &|c| c.x > right * c.z, &|c| c.y < bottom * c.z, &|c| c.y > top * c.z];
-    !outside.iter().any(|o| corners.iter().all(|c| o(c)))
+    !outside.iter().any(|o| corners.iter().all(*o))
 }
 
 /// Why a walk ended.

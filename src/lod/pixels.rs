@@ -115,7 +115,7 @@ mod tests {
     fn slopes_are_no_edges_and_creases_are() {
         let slope: Vec<f32> = (0..9).map(|i| 10.0 + 0.5 * i as f32).collect();
         assert_eq!(row(&slope)[1..8], [I; 7]);
-        let roof: Vec<f32> = (0..9).map(|i| 12.0 - 0.4 * (4 - (i as i32 - 4).abs()) as f32).collect();
+        let roof: Vec<f32> = (0..9).map(|i| 12.0 - 0.4 * (4 - (i - 4_i32).abs()) as f32).collect();
         assert_eq!(row(&roof)[1..8], [I, I, I, C, I, I, I]);
     }
 

@@ -220,7 +220,7 @@ mod tests {
             assert!(a.x.abs() + r <= 100.0 && a.z.abs() + r <= 150.0);
             assert!((0.0..TAU).contains(&a.turn));
             for b in &all[..i] {
-                let apart = ((a.x - b.x).powi(2) + (a.z - b.z).powi(2)).sqrt();
+                let apart = libm::hypot(a.x - b.x, a.z - b.z);
                 assert!(apart >= r + kinds[b.kind].radius + CLEARANCE, "{a:?} {b:?}");
             }
         }
