@@ -106,10 +106,14 @@ pub fn classify(cell: &Prism, neighbours: &[DVec3], objects: &[(String, &Placeme
             (name.clone(), transform)
         };
         let members: Vec<_> = c.members.iter().map(member).collect();
-        let name = match &members[..] {
-            [one] => one.0.clone(),
-            several => format!("{}+{}", several[0].0, several.len() - 1),
-        };
+        let mut name = members[0].0.clone();
+        if let more @ 1.. = members.len() - 1 {
+            name = format!("{name}+{more}");
+            // An object may have that name.
+            while objects.binary_search_by(|o| o.0.cmp(&name)).is_ok() {
+                name.push('+');
+            }
+        }
         out.subjects.push((name, Subject { members, views, cell: local, outline: c.outline, focal, cameras }));
     }
     out.subjects.sort_by(|a, b| a.0.cmp(&b.0));
@@ -176,6 +180,9 @@ mod tests {
         ];
         let found = classified(&objects, &HOW);
         assert_eq!(found.subjects.iter().map(|s| s.0.as_str()).collect::<Vec<_>>(), ["far+1"]);
+        let named = [("far", objects[0].1.clone()), ("far+1", at(0.0, 2500.0, 5.0)), ("near", objects[1].1.clone())];
+        let names: Vec<String> = classified(&named, &HOW).subjects.into_iter().map(|s| s.0).collect();
+        assert_eq!(names, ["far+1", "far+1+"]);
         let alone = classified(&objects, &Classifying { clusters: false, ..HOW });
         assert_eq!(alone.subjects.len(), 2);
         assert_eq!(found.subjects[0].1.members[1].1.translation, DVec3::new(1990.0, -1.0, 0.0));
