@@ -1,11 +1,13 @@
 //! The engine on trivial kinds.
 
 mod damage;
+mod flow;
 mod folders;
 mod kills;
 mod publish;
 mod readonly;
 mod support;
+mod transient;
 
 use farfield::{
     engine::{
