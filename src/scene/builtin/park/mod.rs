@@ -8,7 +8,7 @@ mod stone;
 #[cfg(test)]
 mod tests;
 
-pub use place::{CLEARANCE, Footprint, LONGEST_SIDE, MOST_STATUES, Park, ParkError, Place, places};
+pub use place::{CLEARANCE, DETAIL, Footprint, LONGEST_SIDE, MOST_STATUES, Park, ParkError, Place, places};
 
 use crate::{
     math::Aabb,
@@ -17,9 +17,6 @@ use crate::{
 use glam::{DMat4, DVec3};
 use std::{collections::BTreeMap, sync::Arc};
 use stone::Stone;
-
-/// Least and greatest detail of procedural statues.
-pub const DETAIL: [f64; 2] = [0.25, 8.0];
 
 /// A kind of statue.
 #[derive(Clone, Debug)]

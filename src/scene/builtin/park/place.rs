@@ -7,6 +7,8 @@
 use super::super::random::Random;
 use std::{collections::BTreeMap, f64::consts::TAU};
 
+/// Least and greatest detail of procedural statues.
+pub const DETAIL: [f64; 2] = [0.25, 8.0];
 /// Places tried for one statue before the rectangle counts as full.
 pub const TRIES: u32 = 1000;
 /// Most statues of one park.
@@ -64,7 +66,7 @@ pub enum ParkError {
     Count(u32),
     #[error("a park of {width} m × {depth} m: both sides must be above 0 m and at most {LONGEST_SIDE} m")]
     Area { width: f64, depth: f64 },
-    #[error("detail {0}: expected {least} to {most}", least = super::DETAIL[0], most = super::DETAIL[1])]
+    #[error("detail {0}: expected {least} to {most}", least = DETAIL[0], most = DETAIL[1])]
     Detail(f64),
     #[error("there is no kind of statue: the scene of models has no object with triangles")]
     NoKinds,
