@@ -56,7 +56,7 @@ fn measure(count: i64, transient: bool) {
     let before = peak_memory().unwrap_or(0);
     let (first, runs) = once(-1);
     let peak = peak_memory().unwrap_or(0);
-    let repeat = |changes: bool| {
+    let mut repeat = |changes: bool| {
         let mut times: Vec<_> = (0..TIMES).map(|i| once(if changes { i * 2 + 3 } else { -1 })).collect();
         times.sort_by(|a, b| a.0.total_cmp(&b.0));
         times[times.len() / 2]
