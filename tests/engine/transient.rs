@@ -1,6 +1,6 @@
 //! Transient outputs: their hashes are recorded, their bytes are not kept, and what needs them later has them made again.
 
-use super::{Bench, counts, ok, support::*};
+use super::{Bench, counts, ok, ran, support::*};
 use farfield::{
     engine::{
         artifact::{Artifact, DecodeError, Decoder, Encoder},
