@@ -1,13 +1,11 @@
 //! The engine on trivial kinds.
 
 mod damage;
-mod flow;
 mod folders;
 mod kills;
 mod publish;
 mod readonly;
 mod support;
-mod transient;
 
 use farfield::{
     engine::{

@@ -248,21 +248,8 @@ impl Builder {
             self.axes.insert(out, of);
         }
         let params = kind.accept(params).expect("parameters");
-        self.nodes.push(PlanNode {
-            name: name.into(),
-            kind,
-            params,
-            inputs: plan_inputs,
-            axes,
-            join_inner: false,
-            transient: false,
-        });
+        self.nodes.push(PlanNode { name: name.into(), kind, params, inputs: plan_inputs, axes, join_inner: false });
         id
-    }
-
-    /// The bytes of the node's outputs are not kept.
-    pub fn transient(&mut self, node: usize) {
-        self.nodes[node].transient = true;
     }
 
     pub fn file(&mut self, path: &str, node: usize) {
