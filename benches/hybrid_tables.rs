@@ -174,7 +174,7 @@ fn main() {
         .iter()
         .map(|p| {
             let fov = std::f64::consts::FRAC_PI_3;
-            let view = View::look_at(p.eye, p.eye + p.heading, DVec3::Y, fov, pixels, pixels, size * 1e-3, size * 1e4);
+            let view = View::look_at(p.eye, p.eye + p.aim, DVec3::Y, fov, pixels, pixels, size * 1e-3, size * 1e4);
             (view, grid.locate(p.eye).expect("a walk over the ground"))
         })
         .collect();

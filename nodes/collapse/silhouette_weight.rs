@@ -3,10 +3,11 @@
 use crate::{
     engine::node::{Ctx, List, Node, NodeError},
     lod::{
-        build::{CostKind, Simplified, Simplifying, simplify},
+        build::{CostKind, Simplifying, simplify},
         faces::Facing,
         levels::Levels,
         pixels::{Steps, Unit},
+        simplified::Simplified,
         subject::Subject,
         weights::Windows,
     },

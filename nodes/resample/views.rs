@@ -2,12 +2,7 @@
 
 use crate::{
     engine::node::{Ctx, Node, NodeError},
-    lod::{
-        build::{Simplified, textured},
-        subject::Subject,
-        texture::Textured,
-        weights::Windows,
-    },
+    lod::{build::textured, simplified::Simplified, subject::Subject, texture::Textured, weights::Windows},
     ports,
 };
 use schemars::JsonSchema;

@@ -20,10 +20,13 @@ pub(super) fn put_view(out: &mut Encoder, view: &View) {
 }
 
 pub(super) fn get_view(data: &Decoder) -> Result<View, DecodeError> {
+    view_of(&data.array::<f64>("view")?, &data.array::<u32>("pixels")?)
+}
+
+/// The view of 12 numbers of its frame, 4 of its window and 2 depths, and of its projection (1: perspective), width and height.
+pub(super) fn view_of(numbers: &[f64], pixels: &[u32]) -> Result<View, DecodeError> {
     let wrong = |what: &str| DecodeError::section("view", what);
-    let numbers = data.array::<f64>("view")?;
-    let pixels = data.array::<u32>("pixels")?;
-    let (Some((frame, rest)), [perspective, width, height]) = (numbers.split_at_checked(12), &pixels[..]) else {
+    let (Some((frame, rest)), [perspective, width, height]) = (numbers.split_at_checked(12), pixels) else {
         return Err(wrong("expected 18 numbers and 3 whole ones"));
     };
     let [left, right, bottom, top, near, far] = rest[..] else { return Err(wrong("expected 18 numbers")) };

@@ -1,16 +1,16 @@
 //! Hexagonal cells, and what stand-ins of hybrid textured LOD meshes pass through.
 
+use super::camera::view_of;
 use crate::{
     engine::artifact::{Artifact, DecodeError, Decoder, Encoder},
     lod::{
-        build::Simplified,
         entry::Entry,
-        faces::Surface,
         levels::{Level, Levels},
         outline::Outline,
+        simplified::Simplified,
         subject::{Placement, Subject, Views},
         texture::{Patch, Textured},
-        weights::{Weights, Window, Windows},
+        weights::{Window, Windows},
     },
     view::{HexCell, HexGrid, Prism, Projection, View},
 };
@@ -148,18 +148,8 @@ impl CameraRow {
     }
 
     fn view(&self) -> Result<View, DecodeError> {
-        finite("head", &self.frame)?;
-        finite("head", &self.window)?;
-        finite("head", &self.depths)?;
-        let [left, right, bottom, top] = self.window;
-        let [near, far] = self.depths;
-        let [width, height] = self.pixels;
-        if !(left < right && bottom < top && 0.0 < near && near < far && width > 0 && height > 0) {
-            return Err(DecodeError::section("head", "expected a camera with a window, depths and pixels"));
-        }
-        let [eye, r, up, forward] = [0, 3, 6, 9].map(|i| DVec3::from_slice(&self.frame[i..i + 3]));
-        let projection = Projection::Perspective { left, right, bottom, top };
-        Ok(View { eye, right: r, up, forward, projection, width, height, near, far })
+        let numbers: Vec<f64> = self.frame.iter().chain(&self.window).chain(&self.depths).copied().collect();
+        view_of(&numbers, &[1, self.pixels[0], self.pixels[1]])
     }
 }
 
@@ -278,11 +268,11 @@ impl Artifact for Simplified {
     const FORMAT: u32 = 1;
 
     fn encode(&self, out: &mut Encoder) {
-        out.json("head", &(self.surface.error, self.before));
-        out.array("positions", &self.surface.positions.iter().map(|p| p.to_array()).collect::<Vec<_>>());
-        out.array("colors", &self.surface.colors);
-        out.array("views", &self.weights.views);
-        out.array("triangles", &self.surface.triangles);
+        out.json("head", &(self.error, self.before));
+        out.array("positions", &self.positions.iter().map(|p| p.to_array()).collect::<Vec<_>>());
+        out.array("colors", &self.colors);
+        out.array("views", &self.views);
+        out.array("triangles", &self.triangles);
     }
 
     fn decode(data: &Decoder) -> Result<Self, DecodeError> {
@@ -296,8 +286,7 @@ impl Artifact for Simplified {
             return Err(DecodeError::section("triangles", "expected a mesh"));
         }
         let positions = positions.iter().copied().map(DVec3::from).collect();
-        let surface = Surface { positions, colors, triangles, error, ..Surface::default() };
-        Ok(Self { surface, weights: Weights { weight: Vec::new(), views }, before })
+        Ok(Self { positions, colors, views, triangles, error, before })
     }
 }
 

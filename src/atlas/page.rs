@@ -11,7 +11,7 @@ use super::pack::{AtlasSlot, Packing, pack};
 use crate::{
     math::{Stop, Stopped},
     mesh::ChartedMesh,
-    scene::{Image, Material, Mesh, Object, Part, Scene, Texture, Wrap},
+    scene::{Image, Material, Mesh, Object, Part, Scene, Texture},
 };
 use glam::{DVec3, Mat4, Vec3};
 use std::sync::Arc;
@@ -133,15 +133,7 @@ impl Pages<'_> {
         let frames = if normals { self.frames(page) } else { Vec::new() };
         let image = |name: String, texels: Vec<[u8; 4]>| {
             let [width, height] = self.size(page);
-            Texture {
-                image: Arc::new(Image { name, width, height, texels: texels.into() }),
-                uv_set: 0,
-                offset: [0.0; 2],
-                rotation: 0.0,
-                scale: [1.0; 2],
-                wrap: [Wrap::Clamp; 2],
-                smooth: true,
-            }
+            Texture::clamped(Arc::new(Image { name, width, height, texels: texels.into() }))
         };
         let color = self.texels(page, stop, |_, mesh, i| mesh.color[i])?;
         let normal = if normals {

@@ -103,7 +103,7 @@ pub fn sheet(
     let drawn = SceneStandIn::new(original, &geometry);
     let corners = original.points();
     let shots = Shots::take(&drawn, stand_in, &corners, direction, look, context)?;
-    Ok(shots.map(|s| s.sheet()))
+    Ok(shots.map(|s| Sheet::of(&s.original, &s.stand_in)))
 }
 
 struct Shots<'a, 'b> {
@@ -148,10 +148,13 @@ impl<'a, 'b> Shots<'a, 'b> {
             drawn: self.stand_in.drawn.map(|d| d.references),
         }
     }
+}
 
-    fn sheet(self) -> Sheet {
-        let (a, b) = (luminances(&self.original.picture), luminances(&self.stand_in.picture));
-        let texel = |i: usize| match self.covered(i) {
+impl Sheet {
+    /// What differs between two shots of one view: missing pixels red, extra ones blue, four times the difference of luminance elsewhere.
+    pub fn of(original: &runtime::Shot, stand_in: &runtime::Shot) -> Self {
+        let (a, b) = (luminances(&original.picture), luminances(&stand_in.picture));
+        let texel = |i: usize| match (original.depth[i].is_finite(), stand_in.depth[i].is_finite()) {
             (true, false) => [255, 48, 48, 255],
             (false, true) => [80, 128, 255, 255],
             _ => {
@@ -159,16 +162,11 @@ impl<'a, 'b> Shots<'a, 'b> {
                 [v, v, v, 255]
             }
         };
-        let difference = Picture {
-            width: self.original.picture.width,
-            height: self.original.picture.height,
-            texels: (0..a.len()).map(texel).collect(),
-        };
-        Sheet { original: self.original.picture, stand_in: self.stand_in.picture, difference }
+        let (width, height) = (original.picture.width, original.picture.height);
+        let difference = Picture { width, height, texels: (0..a.len()).map(texel).collect() };
+        Self { original: original.picture.clone(), stand_in: stand_in.picture.clone(), difference }
     }
-}
 
-impl Sheet {
     /// The three side by side.
     pub fn picture(&self) -> Picture {
         let (width, height) = (self.original.width as usize, self.original.height as usize);

@@ -10,7 +10,7 @@ use crate::{
     raster::{Geometry, Rendering},
     runtime::{Context, SceneStandIn, Shot, StandIn},
     scene::Scene,
-    view::View,
+    view::{Pose, View},
 };
 use glam::DVec3;
 use serde::Serialize;
@@ -26,22 +26,16 @@ pub struct Pace {
     pub step: f64,
 }
 
-/// Where the walker is, and where it looks: a unit vector along the ground.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
-    pub eye: DVec3,
-    pub heading: DVec3,
-}
-
 /// Frames in a row at most.
 const MOST_FRAMES: usize = 1_000_000;
 
-/// The poses of a walk along straight lines, at least one point. The walker looks where it goes: at a corner it stops and turns at its rate.
+/// The poses of a walk along straight lines, at least one point; aiming vectors are unit vectors along the ground. The walker looks where it goes: at a corner it
+/// stops and turns at its rate.
 pub fn poses(path: &[DVec3], pace: &Pace) -> Vec<Pose> {
     let flat = |d: DVec3| DVec3::new(d.x, 0.0, d.z).try_normalize();
     let Some(first) = path.first() else { return Vec::new() };
     let mut heading = path.windows(2).find_map(|p| flat(p[1] - p[0])).unwrap_or(DVec3::NEG_Z);
-    let mut out = vec![Pose { eye: *first, heading }];
+    let mut out = vec![Pose { eye: *first, aim: heading }];
     // Seconds until the next frame.
     let mut left = pace.step;
     for pair in path.windows(2) {
@@ -53,9 +47,9 @@ pub fn poses(path: &[DVec3], pace: &Pace) -> Vec<Pose> {
             let mut at = left;
             while at <= seconds && out.len() < MOST_FRAMES {
                 let pose = if moving {
-                    Pose { eye: from.lerp(to, at / seconds), heading: goal }
+                    Pose { eye: from.lerp(to, at / seconds), aim: goal }
                 } else {
-                    Pose { eye: from, heading: glam::DQuat::from_rotation_y(angle * at / seconds) * start }
+                    Pose { eye: from, aim: glam::DQuat::from_rotation_y(angle * at / seconds) * start }
                 };
                 out.push(pose);
                 at += pace.step;
@@ -194,11 +188,11 @@ pub fn walk<E>(
             figures.original_triangles = original.triangles(view);
             figures.popping = before.take().map(|(picture, seen)| popping(&picture, &seen, &b));
             if i == frames.len() / 2 {
-                out.middle = Some(sheet(&a, &b));
+                out.middle = Some(Sheet::of(&a, &b).picture());
             }
             if figures.psnr_y_db < worst {
                 worst = figures.psnr_y_db;
-                out.worst = Some((i, sheet(&a, &b)));
+                out.worst = Some((i, Sheet::of(&a, &b).picture()));
             }
             out.frames.push(figures);
             progress(i as u64 + 1, frames.len() as u64);
@@ -239,22 +233,6 @@ fn compare(a: &Shot, b: &Shot) -> FrameFigures {
     }
 }
 
-fn sheet(a: &Shot, b: &Shot) -> Picture {
-    let (ya, yb) = (luminances(&a.picture), luminances(&b.picture));
-    let (ca, cb) = (covered(a), covered(b));
-    let texel = |i: usize| match (ca[i], cb[i]) {
-        (true, false) => [255, 48, 48, 255],
-        (false, true) => [80, 128, 255, 255],
-        _ => {
-            let v = ((ya[i] - yb[i]).abs() * 4.0).min(255.0) as u8;
-            [v, v, v, 255]
-        }
-    };
-    let (width, height) = (a.picture.width, a.picture.height);
-    let difference = Picture { width, height, texels: (0..ya.len()).map(texel).collect() };
-    Sheet { original: a.picture.clone(), stand_in: b.picture.clone(), difference }.picture()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -271,11 +249,11 @@ mod tests {
         assert_eq!(poses.len(), ((1.5 + turn + 2.0) / 0.25) as usize + 1);
         for pair in poses.windows(2) {
             assert!(pair[0].eye.distance(pair[1].eye) <= 0.5 + 1e-9);
-            let angle = pair[0].heading.angle_between(pair[1].heading);
+            let angle = pair[0].aim.angle_between(pair[1].aim);
             assert!(angle <= 0.25 + 1e-9, "{angle}");
-            assert!((pair[1].heading.length() - 1.0).abs() < 1e-12);
+            assert!((pair[1].aim.length() - 1.0).abs() < 1e-12);
         }
-        assert_eq!(poses.last().map(|p| p.heading), Some(DVec3::Z));
+        assert_eq!(poses.last().map(|p| p.aim), Some(DVec3::Z));
         assert_eq!(super::poses(&[DVec3::ONE], &PACE).len(), 1);
     }
 

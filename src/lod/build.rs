@@ -2,13 +2,14 @@
 
 use super::{
     collapse::{Cost, Goal, Mesh, collapse},
-    faces::{Facing, Surface, surface},
+    faces::{Facing, surface},
     levels::Levels,
     parallax::parallax,
     pixels::Steps,
+    simplified::Simplified,
     subject::{Subject, Views},
     texture::{Textured, Texturing, texture},
-    weights::{SLACK, Weights, Windows, weights},
+    weights::{SLACK, Windows, weights},
 };
 use crate::{
     math::{Stop, Stopped},
@@ -45,17 +46,6 @@ pub struct Simplifying {
     pub start: f64,
     /// Triangles at which the collapse ends; 0 for none.
     pub triangles: usize,
-}
-
-/// A simplified subject: the vertices that are left, and the triangles between them.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Simplified {
-    /// `front` and `normals` are empty: nothing needs them any more.
-    pub surface: Surface,
-    /// Views that see each vertex; weights are empty.
-    pub weights: Weights,
-    /// Triangles of the surface before the collapse.
-    pub before: u64,
 }
 
 /// How much the distance from outlines counts beside that from faces, per pixel of length.
@@ -113,24 +103,21 @@ pub fn simplify(
     let (used, triangles) = compact(surface.positions.len(), &left);
     let used = || used.iter().map(|v| *v as usize);
     Ok(Simplified {
+        positions: used().map(|v| surface.positions[v]).collect(),
+        colors: used().map(|v| surface.colors[v]).collect(),
+        views: used().map(|v| weights.views[v]).collect(),
+        triangles,
+        error: surface.error,
         before: surface.triangles.len() as u64,
-        weights: Weights { weight: Vec::new(), views: used().map(|v| weights.views[v]).collect() },
-        surface: Surface {
-            positions: used().map(|v| surface.positions[v]).collect(),
-            colors: used().map(|v| surface.colors[v]).collect(),
-            triangles,
-            error: surface.error,
-            ..Surface::default()
-        },
     })
 }
 
 /// The stand-in of what [`simplify`] gave, which moved the surface by at most `tolerance` pixels of parallax.
 pub fn textured(subject: &Subject, simplified: &Simplified, windows: &Windows, tolerance: f64) -> Textured {
-    if simplified.surface.triangles.is_empty() {
+    if simplified.triangles.is_empty() {
         return Textured::default();
     }
     let texturing = Texturing { moved: tolerance, radius: subject.cell.radius() };
     let single = subject.views == Views::Single;
-    texture(&simplified.surface, &simplified.weights, windows, single, &texturing)
+    texture(simplified, windows, single, &texturing)
 }

@@ -4,6 +4,7 @@ use super::{
     levels::{Level, Levels},
     subject::Subject,
 };
+use crate::mesh::simplify::compact;
 use glam::{DVec3, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -62,23 +63,24 @@ pub fn surface(
     };
     let mut out = Surface::default();
     for ((_, transform), levels) in subject.members.iter().zip(levels) {
-        let scale = transform
-            .matrix3
-            .x_axis
-            .length()
-            .max(transform.matrix3.y_axis.length())
-            .max(transform.matrix3.z_axis.length());
+        let axes = [transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis];
+        let scale = axes.iter().map(|a| a.length()).fold(0.0, f64::max);
         let level: &Level = levels.within(tolerance / scale.max(f64::MIN_POSITIVE));
         out.error = out.error.max(level.error * scale);
         let positions: Vec<DVec3> =
             level.positions.iter().map(|p| transform.transform_point3(Vec3::from(*p).as_dvec3())).collect();
         let mirrored = transform.matrix3.determinant() < 0.0;
-        let turned = levels.double_sided && is_inside_out(level, &positions, mirrored, seen);
+        let middle = |t: &[u32; 3]| t.iter().map(|v| positions[*v as usize]).sum::<DVec3>() / 3.0;
+        let visible: Vec<bool> = match levels.double_sided {
+            true => level.triangles.iter().map(|t| seen(middle(t))).collect(),
+            false => vec![false; level.triangles.len()],
+        };
+        let turned = mirrored != is_inside_out(level, &positions, mirrored, &visible);
         let mut normals = vec![DVec3::ZERO; positions.len()];
         let mut fronts = vec![0_u32; positions.len()];
         let mut kept: Vec<[u32; 3]> = Vec::new();
-        for t in level.triangles.iter() {
-            let t = if mirrored != turned { [t[0], t[2], t[1]] } else { *t };
+        for (t, visible) in level.triangles.iter().zip(&visible) {
+            let t = if turned { [t[0], t[2], t[1]] } else { *t };
             let [a, b, c] = t.map(|v| positions[v as usize]);
             let n = (b - a).cross(c - a);
             let bits = eyes.iter().enumerate().fold(0, |bits, (k, e)| bits | u32::from(n.dot(*e - a) > 0.0) << k);
@@ -88,40 +90,31 @@ pub fn surface(
             }
             if front(n, a, towards) {
                 kept.push(t);
-            } else if levels.double_sided && n != DVec3::ZERO && seen((a + b + c) / 3.0) {
+            } else if *visible && n != DVec3::ZERO {
                 kept.push([t[0], t[2], t[1]]);
             }
         }
-        let mut number = vec![u32::MAX; positions.len()];
-        for t in kept {
-            let t = t.map(|v| {
-                let v = v as usize;
-                if number[v] == u32::MAX {
-                    number[v] = out.positions.len() as u32;
-                    out.positions.push(positions[v]);
-                    out.normals.push(normals[v].normalize_or_zero());
-                    out.colors.push(level.colors[v]);
-                    out.front.push(fronts[v]);
-                }
-                number[v]
-            });
-            out.triangles.push(t);
+        let first = out.positions.len() as u32;
+        let (used, triangles) = compact(positions.len(), &kept);
+        for v in used.into_iter().map(|v| v as usize) {
+            out.positions.push(positions[v]);
+            out.normals.push(normals[v].normalize_or_zero());
+            out.colors.push(level.colors[v]);
+            out.front.push(fronts[v]);
         }
+        out.triangles.extend(triangles.into_iter().map(|t| t.map(|v| first + v)));
     }
     out
 }
 
 /// Whether more of what is visible from the cell's centre shows its back: double-sided objects may be wound inwards.
-fn is_inside_out(level: &Level, positions: &[DVec3], mirrored: bool, seen: &dyn Fn(DVec3) -> bool) -> bool {
+fn is_inside_out(level: &Level, positions: &[DVec3], mirrored: bool, visible: &[bool]) -> bool {
     let mut front = 0.0;
-    for t in level.triangles.iter() {
+    for (t, _) in level.triangles.iter().zip(visible).filter(|(_, visible)| **visible) {
         let [a, b, c] = t.map(|v| positions[v as usize]);
         let middle = (a + b + c) / 3.0;
-        if seen(middle) {
-            // As large as it looks from the centre, up to a constant.
-            front -=
-                (b - a).cross(c - a).dot(middle) / (middle.length_squared() * middle.length()).max(f64::MIN_POSITIVE);
-        }
+        // As large as it looks from the centre, up to a constant.
+        front -= (b - a).cross(c - a).dot(middle) / (middle.length_squared() * middle.length()).max(f64::MIN_POSITIVE);
     }
     if mirrored { front > 0.0 } else { front < 0.0 }
 }

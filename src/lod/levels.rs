@@ -5,9 +5,10 @@ use crate::{
     array::Array,
     image::srgb,
     mesh::simplify::{Goal, Surface, compact, simplify},
-    scene::{Part, Scene, Texture, Wrap},
+    raster::texel_at,
+    scene::{Part, Scene},
 };
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use std::collections::BTreeMap;
 
 /// Meshes of one object, finest first, about its own origin.
@@ -82,11 +83,6 @@ impl Levels {
     pub fn within(&self, error: f64) -> &Level {
         self.levels.iter().rev().find(|l| l.error <= error).unwrap_or(&self.levels[0])
     }
-
-    /// Triangles of the finest.
-    pub fn triangles(&self) -> usize {
-        self.levels[0].triangles.len()
-    }
 }
 
 /// All parts as one mesh, vertices of one position joined, triangles without area left out.
@@ -131,40 +127,19 @@ fn color(part: &Part, vertex: usize) -> [u8; 4] {
     if let Some(own) = part.mesh.colors.get(vertex) {
         c.iter_mut().zip(own).for_each(|(c, o)| *c *= o);
     }
-    if let Some(texel) = part.material.base_color_texture.as_ref().and_then(|t| texel(t, part, vertex)) {
+    if let Some(texel) = part.material.base_color_texture.as_ref().and_then(|t| texel_at(t, &part.mesh, vertex as u32))
+    {
         c.iter_mut().zip(texel).for_each(|(c, t)| *c *= srgb::to_linear(t));
     }
     let [r, g, b, _] = c.map(srgb::from_linear);
     [r, g, b, 255]
 }
 
-/// The texel at a vertex.
-fn texel(texture: &Texture, part: &Part, vertex: usize) -> Option<[u8; 4]> {
-    let [u, v] = *part.mesh.uv[usize::from(texture.uv_set.min(1))].get(vertex)?;
-    let (sin, cos) = (libm::sinf(texture.rotation), libm::cosf(texture.rotation));
-    let (u, v) = (u * texture.scale[0], v * texture.scale[1]);
-    let at = [cos * u + sin * v + texture.offset[0], -sin * u + cos * v + texture.offset[1]];
-    let image = &texture.image;
-    let index = |k: usize, n: u32| {
-        let x = match texture.wrap[k] {
-            Wrap::Repeat => at[k].rem_euclid(1.0),
-            Wrap::Mirror => 1.0 - (at[k].rem_euclid(2.0) - 1.0).abs(),
-            Wrap::Clamp => at[k],
-        };
-        ((x * n as f32) as i64).clamp(0, i64::from(n) - 1) as usize
-    };
-    image.texels.get(index(1, image.height) * image.width as usize + index(0, image.width)).copied()
-}
-
-/// Corners of a triangle.
-pub fn corners(positions: &[DVec3], t: [u32; 3]) -> [DVec3; 3] {
-    t.map(|v| positions[v as usize])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::scene::builtin;
+    use glam::DVec3;
 
     fn sphere() -> Scene {
         let mut scene = builtin::make("solids", 1).unwrap();
@@ -191,7 +166,7 @@ mod tests {
         for level in &levels.levels {
             let positions: Vec<DVec3> = level.positions.iter().map(|p| Vec3::from(*p).as_dvec3()).collect();
             for t in level.triangles.iter() {
-                let [a, b, c] = corners(&positions, *t);
+                let [a, b, c] = t.map(|v| positions[v as usize]);
                 let off = ((a + b + c) / 3.0).distance(centre) - radius;
                 // Quadrics are means over a vertex's planes: twice that is what the farthest is.
                 assert!(off.abs() <= own + 3.0 * level.error + 1e-6, "{} {off} {}", level.triangles.len(), level.error);
@@ -206,7 +181,7 @@ mod tests {
         let mut scene = builtin::make("car", 1).unwrap();
         let before = scene.triangle_count();
         let levels = levels(&scene, 11).unwrap();
-        assert!(levels.triangles() <= before && levels.triangles() > before / 2);
+        assert!(levels.levels[0].triangles.len() <= before && levels.levels[0].triangles.len() > before / 2);
         let mut seen = std::collections::BTreeSet::new();
         assert!(levels.levels[0].positions.iter().all(|p| seen.insert(p.map(f32::to_bits))));
         assert!(levels.levels[0].colors.iter().collect::<std::collections::BTreeSet<_>>().len() > 2);

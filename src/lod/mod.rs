@@ -15,6 +15,7 @@ pub mod parallax;
 pub mod pixels;
 pub mod quadric;
 pub mod render;
+pub mod simplified;
 pub mod subject;
 pub mod texture;
 pub mod weights;

@@ -5,8 +5,8 @@
 //! only blur. Faces that no view sees take colours of the original's vertices: the paper's resampled maps.
 
 use super::{
-    faces::Surface,
-    weights::{SLACK, Weights, Windows},
+    simplified::Simplified,
+    weights::{SLACK, Windows},
 };
 use crate::capture::dilate;
 use glam::{DVec2, DVec3};
@@ -65,19 +65,19 @@ const HIDDEN: f64 = 0.1;
 /// Points along a face's side at which it is looked for, at most.
 const POINTS: u32 = 12;
 
-/// The textured mesh of the `surface` that a collapse left. There is at least one window. `single`: all faces take the first window, but for those
+/// The textured mesh of what a collapse left. There is at least one window. `single`: all faces take the first window, but for those
 /// that face it and are hidden.
-pub fn texture(surface: &Surface, weights: &Weights, windows: &Windows, single: bool, how: &Texturing) -> Textured {
-    let triangles = &surface.triangles;
-    let views: Vec<u32> = triangles.iter().map(|t| views_of(surface, weights, *t, windows, how)).collect();
-    let chosen = choose(surface, triangles, &views, windows, single);
+pub fn texture(mesh: &Simplified, windows: &Windows, single: bool, how: &Texturing) -> Textured {
+    let triangles = &mesh.triangles;
+    let views: Vec<u32> = triangles.iter().map(|t| views_of(mesh, *t, windows, how)).collect();
+    let chosen = choose(mesh, triangles, &views, windows, single);
     let mut out = Textured::default();
     // The patch of each window that a face uses.
     let mut patch_of = vec![None; windows.0.len()];
     for (k, window) in windows.0.iter().enumerate() {
         let users = triangles.iter().zip(&chosen).filter(|(_, chosen)| **chosen == Some(k as u32));
         let users: Vec<[u32; 3]> = users.map(|(t, _)| *t).collect();
-        let Some((min, max)) = extent(surface, windows, k as u32, &users) else { continue };
+        let Some((min, max)) = extent(mesh, windows, k as u32, &users) else { continue };
         let (w, h) = (window.view.width, window.view.height);
         let low = |v: f64, n: u32| (v.max(0.0) as u32).min(n - 1).saturating_sub(GUTTER);
         let high = |v: f64, n: u32| ((v.max(0.0) as u32).min(n - 1) + GUTTER + 1).min(n);
@@ -94,7 +94,7 @@ pub fn texture(surface: &Surface, weights: &Weights, windows: &Windows, single: 
         patch_of[k] = Some(out.patches.len() as u32);
         out.patches.push(Patch { window: Some(k as u32), origin, width, height, texels });
     }
-    let mut placer = Placer::new(surface, windows, &patch_of);
+    let mut placer = Placer::new(mesh, windows, &patch_of);
     let mut unseen = Vec::new();
     for (t, view) in triangles.iter().zip(&chosen) {
         match view.and_then(|k| patch_of[k as usize].map(|patch| (k, patch))) {
@@ -108,14 +108,14 @@ pub fn texture(surface: &Surface, weights: &Weights, windows: &Windows, single: 
             }
         }
     }
-    resample(surface, &unseen, &mut out);
+    resample(mesh, &unseen, &mut out);
     out
 }
 
 /// The rectangle of a window in which triangles lie, pixels; `None` where there are none.
-fn extent(surface: &Surface, windows: &Windows, k: u32, triangles: &[[u32; 3]]) -> Option<(DVec2, DVec2)> {
+fn extent(mesh: &Simplified, windows: &Windows, k: u32, triangles: &[[u32; 3]]) -> Option<(DVec2, DVec2)> {
     let on = |v: &u32| {
-        let (x, y, _) = windows.0[k as usize].view.project(surface.positions[*v as usize]);
+        let (x, y, _) = windows.0[k as usize].view.project(mesh.positions[*v as usize]);
         DVec2::new(x, y)
     };
     let all = triangles.as_flattened().iter().map(on);
@@ -123,9 +123,9 @@ fn extent(surface: &Surface, windows: &Windows, k: u32, triangles: &[[u32; 3]]) 
 }
 
 /// The windows that see a face: all of its corners, and most of its points.
-fn views_of(surface: &Surface, weights: &Weights, t: [u32; 3], windows: &Windows, how: &Texturing) -> u32 {
-    let all = t.iter().fold(u32::MAX, |bits, v| bits & weights.views[*v as usize]);
-    let [a, b, c] = t.map(|v| surface.positions[v as usize]);
+fn views_of(mesh: &Simplified, t: [u32; 3], windows: &Windows, how: &Texturing) -> u32 {
+    let all = t.iter().fold(u32::MAX, |bits, v| bits & mesh.views[*v as usize]);
+    let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
     let sees = |k: &u32| {
         let window = &windows.0[*k as usize];
         let pixel = window.pixel();
@@ -147,7 +147,7 @@ fn views_of(surface: &Surface, weights: &Weights, t: [u32; 3], windows: &Windows
                 let point = a + (b - a) * s + (c - a) * u;
                 let z = (point - window.view.eye).dot(window.view.forward);
                 // The collapse moved the surface in depth by so many pixels of parallax.
-                let slack = surface.error + SLACK * pixel * z + how.moved * pixel * z * z / how.radius;
+                let slack = mesh.error + SLACK * pixel * z + how.moved * pixel * z * z / how.radius;
                 hidden += u32::from(window.sees(point, slack).is_none());
                 count += 1;
             }
@@ -160,7 +160,7 @@ fn views_of(surface: &Surface, weights: &Weights, t: [u32; 3], windows: &Windows
 /// The window of each face. The centre's where it sees the face or, for meshes of one view, where the face turns its back to it and continues the
 /// picture's outline. The other faces take as few windows as a greedy cover finds: again and again the one that shows the most of what is left.
 fn choose(
-    surface: &Surface,
+    mesh: &Simplified,
     triangles: &[[u32; 3]],
     views: &[u32],
     windows: &Windows,
@@ -168,7 +168,7 @@ fn choose(
 ) -> Vec<Option<u32>> {
     let area = |t: &[u32; 3], k: u32| {
         let [p, q, r] = t.map(|v| {
-            let (x, y, _) = windows.0[k as usize].view.project(surface.positions[v as usize]);
+            let (x, y, _) = windows.0[k as usize].view.project(mesh.positions[v as usize]);
             DVec2::new(x, y)
         });
         -(q - p).perp_dot(r - p)
@@ -193,7 +193,7 @@ fn choose(
         let Some((shows, best)) = best.filter(|b| b.0 > 0.0) else { break };
         let gained: Vec<[u32; 3]> =
             left.iter().filter(|i| views[**i] >> best & 1 == 1).map(|i| triangles[*i]).collect();
-        let Some((min, max)) = extent(surface, windows, best, &gained) else { break };
+        let Some((min, max)) = extent(mesh, windows, best, &gained) else { break };
         let texels = (max - min + f64::from(2 * GUTTER)).element_product();
         // A few faces far apart: blocks of their own are smaller than the picture around them all.
         if texels > SPARSE * shows && texels > f64::from(BLOCK * BLOCK) * gained.len() as f64 {
@@ -212,22 +212,22 @@ fn choose(
 
 /// Vertices of the result: one for each pair of an original's and a patch.
 struct Placer<'a> {
-    surface: &'a Surface,
+    mesh: &'a Simplified,
     windows: &'a Windows,
     /// By patch, then vertex.
     known: Vec<Vec<u32>>,
 }
 
 impl<'a> Placer<'a> {
-    fn new(surface: &'a Surface, windows: &'a Windows, patches: &[Option<u32>]) -> Self {
+    fn new(mesh: &'a Simplified, windows: &'a Windows, patches: &[Option<u32>]) -> Self {
         let used = patches.iter().flatten().count();
-        Self { surface, windows, known: vec![vec![u32::MAX; surface.positions.len()]; used] }
+        Self { mesh, windows, known: vec![vec![u32::MAX; mesh.positions.len()]; used] }
     }
 
     fn vertex(&mut self, out: &mut Textured, v: u32, window: u32, patch: u32) -> u32 {
         let slot = &mut self.known[patch as usize][v as usize];
         if *slot == u32::MAX {
-            let p = self.surface.positions[v as usize];
+            let p = self.mesh.positions[v as usize];
             let (x, y, z) = self.windows.0[window as usize].view.project(p);
             let origin = out.patches[patch as usize].origin;
             *slot = out.positions.len() as u32;
@@ -240,8 +240,8 @@ impl<'a> Placer<'a> {
     }
 }
 
-/// Blocks of interpolated vertex colours for the triangles `unseen` of `out`, whose corners are still the surface's vertices.
-fn resample(surface: &Surface, unseen: &[usize], out: &mut Textured) {
+/// Blocks of interpolated vertex colours for the triangles `unseen` of `out`, whose corners are still the mesh's vertices.
+fn resample(mesh: &Simplified, unseen: &[usize], out: &mut Textured) {
     if unseen.is_empty() {
         return;
     }
@@ -251,7 +251,7 @@ fn resample(surface: &Surface, unseen: &[usize], out: &mut Textured) {
     let patch = out.patches.len() as u32;
     for (i, t) in unseen.iter().enumerate() {
         let (x0, y0) = (i as u32 % ROW * BLOCK, i as u32 / ROW * BLOCK);
-        let colors = out.triangles[*t].map(|v| surface.colors[v as usize]);
+        let colors = out.triangles[*t].map(|v| mesh.colors[v as usize]);
         let side = (BLOCK - 1) as f32;
         for y in 0..BLOCK {
             for x in 0..BLOCK {
@@ -267,7 +267,7 @@ fn resample(surface: &Surface, unseen: &[usize], out: &mut Textured) {
         let (x, y) = (x0 as f32 + 0.5, y0 as f32 + 0.5);
         let first = out.positions.len() as u32;
         for (v, uv) in out.triangles[*t].into_iter().zip([[x, y], [x + side, y], [x, y + side]]) {
-            out.positions.push(surface.positions[v as usize].as_vec3().to_array());
+            out.positions.push(mesh.positions[v as usize].as_vec3().to_array());
             out.uv.push(uv);
             out.depth.push(1.0);
             out.patch.push(patch);

@@ -2,7 +2,7 @@
 
 use super::{
     faces::Surface,
-    pixels::{Class, Steps, classify},
+    pixels::{Steps, classify},
 };
 use crate::{array::Array, view::View};
 use glam::DVec3;
@@ -94,10 +94,7 @@ pub fn weights(surface: &Surface, windows: &Windows, steps: &Steps) -> Weights {
                 match window.sees(*p, surface.error + SLACK * pixel * z) {
                     Some(i) => {
                         out.views[v] |= 1 << k;
-                        match classes[i] {
-                            Class::Background => HIDDEN,
-                            class => class.weight(),
-                        }
+                        classes[i].weight()
                     }
                     None => HIDDEN,
                 }

@@ -53,7 +53,7 @@ pub(crate) use memo::Memo;
 pub(crate) use patch::{Holes, Patch};
 pub(crate) use samples::Samples;
 pub(crate) use shade::{Facet, Layer};
-pub(crate) use texture::{Coordinates, Mips, Role};
+pub(crate) use texture::{Coordinates, Mips, Role, texel_at};
 pub(crate) use tile::TileGrid;
 
 use glam::DVec3;

@@ -198,6 +198,15 @@ impl<'a> AlphaMap<'a> {
     }
 }
 
+/// The texel of the base level at a vertex; `None` where the mesh lacks that set of coordinates.
+pub(crate) fn texel_at(texture: &Texture, mesh: &Mesh, vertex: u32) -> Option<[u8; 4]> {
+    mesh.uv[usize::from(texture.uv_set != 0)].get(vertex as usize)?;
+    let [u, v] = Coordinates::new(texture, mesh, [vertex; 3]).corners[0];
+    let (image, wrap) = (&texture.image, texture.wrap);
+    let (x, y) = (texel_of(wrapped(u, wrap[0]), image.width), texel_of(wrapped(v, wrap[1]), image.height));
+    image.texels.get(y as usize * image.width as usize + x as usize).copied()
+}
+
 /// The source texels under texel `i` of `n`, and their shares: two or three of them, the rest with share 0.
 fn spread(i: u32, n: u32, source: u32) -> [(u32, f32); 3] {
     let scale = source as f64 / n as f64;

@@ -3,7 +3,7 @@
 use crate::{
     array::Array,
     formats::{FormatError, GlbOptions, write_glb},
-    scene::{Alpha, Image, Material, Mesh, Object, Part, Scene, Texture, Wrap},
+    scene::{Alpha, Image, Material, Mesh, Object, Part, Scene, Texture},
 };
 use glam::{DVec3, Mat4};
 use std::sync::Arc;
@@ -48,15 +48,7 @@ pub(super) fn glb(
         triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
     }
     let image = Image { name: "color".into(), width: side, height: side * cards.len() as u32, texels: texels.into() };
-    let texture = Texture {
-        image: Arc::new(image),
-        uv_set: 0,
-        offset: [0.0; 2],
-        rotation: 0.0,
-        scale: [1.0; 2],
-        wrap: [Wrap::Clamp; 2],
-        smooth: true,
-    };
+    let texture = Texture::clamped(Arc::new(image));
     let material = Material {
         name: name.into(),
         base_color_texture: Some(texture),

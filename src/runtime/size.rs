@@ -57,21 +57,13 @@ fn bytes(mesh: &Mesh) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Material, Object, Part, Texture, Wrap};
+    use crate::scene::{Material, Object, Part, Texture};
 
     #[test]
     fn what_is_shared_counts_once_and_what_is_drawn_counts_each_time() {
         let image =
             Arc::new(Image { name: String::new(), width: 2, height: 3, texels: vec![[0; 4]; 6].into_iter().collect() });
-        let texture = Texture {
-            image,
-            uv_set: 0,
-            offset: [0.0; 2],
-            rotation: 0.0,
-            scale: [1.0; 2],
-            wrap: [Wrap::Clamp; 2],
-            smooth: true,
-        };
+        let texture = Texture::clamped(image);
         let material = Material {
             base_color_texture: Some(texture.clone()),
             normal_texture: Some(texture),

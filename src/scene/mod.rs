@@ -133,6 +133,21 @@ pub struct Texture {
     pub smooth: bool,
 }
 
+impl Texture {
+    /// An image by the first set of coordinates as it is, smooth, its border going on beyond it.
+    pub fn clamped(image: Arc<Image>) -> Self {
+        Self {
+            image,
+            uv_set: 0,
+            offset: [0.0; 2],
+            rotation: 0.0,
+            scale: [1.0; 2],
+            wrap: [Wrap::Clamp; 2],
+            smooth: true,
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrap {
     Repeat,

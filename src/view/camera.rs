@@ -13,6 +13,15 @@ pub enum Projection {
     Orthographic { left: f64, right: f64, bottom: f64, top: f64 },
 }
 
+/// Where a viewer stands and looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Metres.
+    pub eye: DVec3,
+    /// The aiming vector; any length but 0.
+    pub aim: DVec3,
+}
+
 /// A camera with its pixel grid. `right`, `up`, `forward` are orthonormal, `right × up = −forward`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {

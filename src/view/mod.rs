@@ -7,7 +7,7 @@ mod prism;
 mod region;
 mod sphere;
 
-pub use camera::{Projection, View};
+pub use camera::{Pose, Projection, View};
 pub use cell::Cell;
 pub use prism::{HexCell, HexGrid, Prism};
 pub use region::Region;

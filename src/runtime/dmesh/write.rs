@@ -9,7 +9,7 @@ use crate::{
     formats::{GlbOptions, Scalars, write_glb, write_glb_with},
     image::{Picture, encode_png},
     runtime::bundle::{BundleFile, Camera, shader_files, shader_names},
-    scene::{self, Material, Object, Part, Scene, Texture, Wrap},
+    scene::{self, Material, Object, Part, Scene, Texture},
 };
 use glam::Mat4;
 use rayon::prelude::*;
@@ -125,15 +125,7 @@ fn object(reference: &Reference, mesh: &Mesh, double_sided: bool) -> Option<Obje
     if mesh.triangles.is_empty() {
         return None;
     }
-    let texture = Texture {
-        image: reference.color.clone(),
-        uv_set: 0,
-        offset: [0.0; 2],
-        rotation: 0.0,
-        scale: [1.0; 2],
-        wrap: [Wrap::Clamp; 2],
-        smooth: true,
-    };
+    let texture = Texture::clamped(reference.color.clone());
     let material = Material {
         name: reference.name.clone(),
         base_color_texture: Some(texture),

@@ -7,7 +7,7 @@ use crate::{
         subject::{Subject, Views},
         texture::Textured,
     },
-    scene::{Image, Material, Mesh, Object, Part, Scene, Texture, Wrap},
+    scene::{Image, Material, Mesh, Object, Part, Scene, Texture},
     texture::{Format, TextureArray, ktx2, mip::Level},
 };
 use glam::{DVec3, Mat4};
@@ -125,15 +125,7 @@ impl CellFiles {
 
 /// Colours without light, clamped at the atlas' edge.
 fn material(image: Arc<Image>) -> Material {
-    let texture = Texture {
-        image,
-        uv_set: 0,
-        offset: [0.0; 2],
-        rotation: 0.0,
-        scale: [1.0; 2],
-        wrap: [Wrap::Clamp; 2],
-        smooth: true,
-    };
+    let texture = Texture::clamped(image);
     Material {
         name: "captured".into(),
         unlit: true,

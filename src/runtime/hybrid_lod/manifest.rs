@@ -1,9 +1,6 @@
 //! `hybrid-lod.json`.
 
-use crate::{
-    lod::entry::Entry,
-    view::{HexGrid, Prism},
-};
+use crate::{lod::entry::Entry, view::HexGrid};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -79,19 +76,15 @@ impl Manifest {
         }
     }
 
-    /// The entry of the cell over which `eye` stands; `None` outside of the grid, or where that cell was not baked.
-    pub fn locate(&self, eye: DVec3) -> Option<&Entry> {
+    /// The number in `cells` of the cell over which `eye` stands; `None` outside of the grid, or where that cell was not baked.
+    pub fn locate(&self, eye: DVec3) -> Option<usize> {
         let (c, r) = self.grid().locate(eye)?;
-        self.entry(&HexGrid::name(c, r))
+        self.number(&HexGrid::name(c, r))
     }
 
-    pub fn entry(&self, name: &str) -> Option<&Entry> {
-        self.cells.binary_search_by(|e| e.name.as_str().cmp(name)).ok().map(|i| &self.cells[i])
-    }
-
-    /// The prism of an entry.
-    pub fn prism(&self, entry: &Entry) -> Prism {
-        Prism { centre: DVec3::from(entry.centre), size: self.size, half_height: self.half_height }
+    /// The number in `cells` of the cell of that name.
+    pub fn number(&self, name: &str) -> Option<usize> {
+        self.cells.binary_search_by(|e| e.name.as_str().cmp(name)).ok()
     }
 }
 
@@ -108,7 +101,7 @@ mod tests {
         let bytes = serde_json::to_vec(&manifest).unwrap();
         let read = Manifest::read(&bytes).unwrap();
         assert_eq!((&read, read.grid()), (&manifest, grid));
-        assert_eq!(read.locate(grid.cell(2, 1).centre).map(|e| e.name.as_str()), Some("2,1"));
+        assert_eq!(read.locate(grid.cell(2, 1).centre).map(|i| read.cells[i].name.as_str()), Some("2,1"));
         assert_eq!(read.locate(grid.cell(1, 1).centre), None);
         for wrong in [
             Manifest { size: 0.0, ..manifest.clone() },

@@ -4,20 +4,12 @@
 //! The ground is the x–z plane, y is up; cells are prisms over it, so only x and z count. Nothing here reads a clock or a file: the same
 //! calls give the same answers.
 
+use crate::view::Pose;
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, VecDeque};
 
 /// Entries whose t-priority is smaller than the timestamp minus this are out of date (section 3.2).
 pub const STALE_AFTER: u64 = 2;
-
-/// Where the viewer stands and looks.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
-    /// Metres.
-    pub eye: DVec3,
-    /// The aiming vector; any length but 0.
-    pub aim: DVec3,
-}
 
 /// How far the viewer goes or turns before the timestamp grows.
 #[derive(Clone, Copy, Debug, PartialEq)]

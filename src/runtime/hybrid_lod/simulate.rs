@@ -15,7 +15,8 @@
 //!
 //! Poses belong to frames, so a stall lengthens the walk and moves no later pose.
 
-use super::prefetch::{Footprint, Pose, PrefetchQueue, Stride, Texture, TextureQueue, Timestamp, priority};
+use super::prefetch::{Footprint, PrefetchQueue, Stride, Texture, TextureQueue, Timestamp, priority};
+use crate::view::Pose;
 use glam::DVec3;
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -1,9 +1,10 @@
 //! Walks over a chessboard of cells.
 
 use super::{
-    prefetch::{Footprint, Pose, Stride},
+    prefetch::{Footprint, Stride},
     simulate::{Cache, CellData, Cells, Report, Settings, SimulateError, simulate},
 };
+use crate::view::Pose;
 use glam::DVec3;
 
 const SIDE: f64 = 50.0;
