@@ -11,6 +11,7 @@ pub const STOCK: &[Stock] = &[
     ("ori-tree", include_str!("../../pipelines/ori-tree.toml")),
     ("octahedral", include_str!("../../pipelines/octahedral.toml")),
     ("octahedral-objects", include_str!("../../pipelines/octahedral-objects.toml")),
+    ("park-8m", include_str!("../../pipelines/park-8m.toml")),
     ("tdm", include_str!("../../pipelines/tdm.toml")),
     ("tdm-car", include_str!("../../pipelines/tdm-car.toml")),
     ("tdm-city", include_str!("../../pipelines/tdm-city.toml")),
