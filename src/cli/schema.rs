@@ -108,6 +108,8 @@ fn node(spec: &KindSpec) -> Value {
         "cross".into(),
         json!({ "type": "boolean", "description": "Run for every pair of elements of lists that share none." }),
     );
+    let about = "Do not keep the outputs: other nodes take them from memory, and what is needed later is made again.";
+    properties.insert("transient".into(), json!({ "type": "boolean", "description": about }));
     properties.insert("per".into(), json!({ "type": "array", "items": { "type": "string" }, "description": "Lists that list ports do not gather." }));
     for port in &spec.inputs {
         properties.insert(port.name.to_owned(), port_schema(port));

@@ -278,7 +278,7 @@ fn load<T: Any + Send + Sync>(
                 // The plan has checked the type.
                 return data.downcast().map_err(|_| EngineError::Again("a published value is no file".to_owned()));
             }
-            Err(what) => schedule.remake(from, row, hash, &what)?,
+            Err(gone) => schedule.remake(from, row, hash, &gone)?,
         }
         if let Some(failure) = schedule.errors.first() {
             let what = format!("its value was lost and could not be made again: {}", failure.message);

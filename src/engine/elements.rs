@@ -1,14 +1,20 @@
 //! Elements: which runs a mapped node has, and what each of them takes from the lists above it.
 //!
 //! Inputs join on shared axes by name. What an input has in more axes than the node is gathered; what it has in fewer
-//! is repeated.
+//! is repeated. Rows need not be known as a whole: where they still arrive, a port asks for the row of an element by its
+//! name.
+
+mod arrive;
+mod join;
 
 use super::{
     hash::Digest,
     plan::{Axis, OutputRef, Plan, PlanNode, Relation},
     value::{JOIN, Row, ValueRef, list_hash, shown},
 };
+use join::{OwnedSide, natural_join};
 use std::{
+    borrow::Cow,
     collections::{BTreeMap, BTreeSet},
     sync::Arc,
 };
@@ -16,9 +22,21 @@ use std::{
 /// Rows of one output, sorted by name.
 pub type Rows = Arc<Vec<Row>>;
 
+/// Outputs whose rows still arrive.
+pub trait Live {
+    /// A row by its name; `None` where it is not there yet.
+    fn row(&self, from: OutputRef, name: &str) -> Option<ValueRef>;
+    /// Whether all rows below `prefix` are there.
+    fn is_whole(&self, from: OutputRef, prefix: &str) -> bool;
+    /// The rows below `prefix` that are there, sorted by name.
+    fn below(&self, from: OutputRef, prefix: &str) -> Vec<(Arc<str>, ValueRef)>;
+}
+
 /// What reaches a node through one input port, before it is split by element.
 pub struct Feed {
-    pub rows: Rows,
+    pub from: OutputRef,
+    /// `None`: they still arrive.
+    pub rows: Option<Rows>,
     /// What the rows' hash is: the value's, or the list's.
     pub hash: Digest,
     pub via: Option<Via>,
@@ -29,14 +47,27 @@ pub struct Feed {
 
 /// A relation that chooses what is gathered.
 pub struct Via {
-    pub rows: Rows,
-    /// Axes of `rows`.
+    pub from: OutputRef,
+    /// `None`: they still arrive.
+    pub rows: Option<Rows>,
+    /// Axes of `rows`, all of them the node's.
     pub axes: Vec<Axis>,
     /// Contents by hash, decoded.
     pub relations: BTreeMap<Digest, Arc<Relation>>,
     /// The component of the gathered names, and of the element's names, that the relation speaks of.
     pub gathered_at: usize,
     pub element_at: Option<usize>,
+    /// Whether the gathered names have no other component.
+    pub alone: bool,
+    /// Components of the element's name that make the name of its row.
+    pub columns: Vec<usize>,
+}
+
+impl Via {
+    /// The relation that `element` asks.
+    pub fn row(&self, element: &str, live: &dyn Live) -> Option<ValueRef> {
+        row(self.from, self.rows.as_ref(), &pick(element, &self.columns), 0, live)
+    }
 }
 
 /// What one element takes through one port.
@@ -46,6 +77,21 @@ pub enum Taken {
     One(ValueRef),
     /// By raw name (see [`JOIN`]), sorted.
     Many(Vec<(Arc<str>, ValueRef)>),
+}
+
+impl Taken {
+    pub fn values(&self) -> impl Iterator<Item = ValueRef> {
+        let (one, many) = match self {
+            Self::Absent => (None, &[][..]),
+            Self::One(value) => (Some(*value), &[][..]),
+            Self::Many(list) => (None, &list[..]),
+        };
+        one.into_iter().chain(many.iter().map(|(_, value)| *value))
+    }
+
+    pub fn holds(&self, hash: &Digest) -> bool {
+        self.values().any(|value| value.hash == *hash)
+    }
 }
 
 /// Why an element or a node cannot take what it needs: a message for the user.
@@ -83,11 +129,48 @@ struct Groups {
     by_key: BTreeMap<String, Vec<(Arc<str>, usize)>>,
 }
 
+impl Groups {
+    /// The groups that port `port` takes of `rows`.
+    fn new(node: &PlanNode, port: usize, rows: &[Row]) -> Self {
+        let source = &node.inputs[port].axes;
+        let (key, name) = (positions(&kept(node, port), source), positions(&gathered(node, port), source));
+        let mut by_key: BTreeMap<String, Vec<(Arc<str>, usize)>> = BTreeMap::new();
+        let whole = key.is_empty() && name.iter().copied().eq(0..source.len());
+        for (at, row) in rows.iter().enumerate() {
+            let short = if whole { row.name.clone() } else { pick(&row.name, &name).into() };
+            by_key.entry(pick(&row.name, &key)).or_default().push((short, at));
+        }
+        for group in by_key.values_mut() {
+            group.sort();
+        }
+        Self { by_key }
+    }
+}
+
+/// A row of `rows`, or of those that still arrive.
+fn row(from: OutputRef, rows: Option<&Rows>, wanted: &str, hint: usize, live: &dyn Live) -> Option<ValueRef> {
+    let Some(rows) = rows else { return live.row(from, wanted) };
+    if let Some(row) = rows.get(hint).filter(|row| *row.name == *wanted) {
+        return Some(row.value);
+    }
+    rows.binary_search_by(|row| (*row.name).cmp(wanted)).ok().map(|at| rows[at].value)
+}
+
+/// All rows; none of those that still arrive.
+fn known(rows: &Option<Rows>) -> &[Row] {
+    rows.as_deref().map_or(&[], Vec::as_slice)
+}
+
+fn empty(port: &str) -> ElementError {
+    ElementError(format!("input `{port}` is an empty list, which this kind cannot take"))
+}
+
 fn component(name: &str, at: usize) -> &str {
     name.split(JOIN).nth(at).unwrap_or("")
 }
 
-fn pick(name: &str, columns: &[usize]) -> String {
+/// The components `columns` of an element's name, as a name.
+pub fn pick(name: &str, columns: &[usize]) -> String {
     let parts: Vec<&str> = name.split(JOIN).collect();
     let mut out = String::new();
     for (i, c) in columns.iter().enumerate() {
@@ -99,7 +182,13 @@ fn pick(name: &str, columns: &[usize]) -> String {
     out
 }
 
-fn positions(of: &[Axis], within: &[Axis]) -> Vec<usize> {
+/// The part of an element's name that names its row in a list over `columns`.
+fn projection<'a>(element: &'a str, columns: &[usize], whole: bool) -> Cow<'a, str> {
+    if whole { Cow::Borrowed(element) } else { Cow::Owned(pick(element, columns)) }
+}
+
+/// The places of the axes `of` among those of `within`.
+pub fn positions(of: &[Axis], within: &[Axis]) -> Vec<usize> {
     of.iter().filter_map(|a| within.iter().position(|b| a == b)).collect()
 }
 
@@ -123,6 +212,34 @@ pub fn gathered(node: &PlanNode, port: usize) -> Vec<Axis> {
         return Vec::new();
     }
     if input.via.is_some() && input.gathered.is_empty() { input.axes.clone() } else { input.gathered.clone() }
+}
+
+/// How many of the node's axes, from the first on, name the rows of a port that takes them one by one; `None` where it
+/// needs its list as a whole.
+pub fn arrives(node: &PlanNode, port: usize) -> Option<usize> {
+    let input = &node.inputs[port];
+    let one = input.from.is_some() && !matches!(node.kind.spec().inputs[port].arity, super::node::Arity::Many { .. });
+    (one && !input.axes.is_empty() && node.axes.starts_with(&input.axes)).then_some(input.axes.len())
+}
+
+/// The same for a port that gathers, without a relation, below axes of the node.
+pub fn gathers_below(node: &PlanNode, port: usize) -> Option<usize> {
+    let (input, kept) = (&node.inputs[port], kept(node, port));
+    let many = input.from.is_some() && input.via.is_none() && !gathered(node, port).is_empty();
+    let leads = node.axes.starts_with(&kept) && input.axes.starts_with(&kept);
+    (many && leads && !kept.is_empty()).then_some(kept.len())
+}
+
+/// Whether each row that reaches the port is taken by one run of the node, and once.
+pub fn taken_once(node: &PlanNode, port: usize) -> bool {
+    let input = &node.inputs[port];
+    let many = !gathered(node, port).is_empty();
+    input.via.is_none() && if many { kept(node, port).len() == node.axes.len() } else { input.axes == node.axes }
+}
+
+/// [`arrives`] for the relation by which a port gathers; `axes` are the relation's.
+pub fn relation_arrives(node: &PlanNode, axes: &[Axis]) -> Option<usize> {
+    (!axes.is_empty() && node.axes.starts_with(axes)).then_some(axes.len())
 }
 
 /// The list that made the axes below which port `port` of node `n` gathers.
@@ -169,18 +286,9 @@ impl Binding {
             let source = &node.inputs[i].axes;
             match spec.inputs[i].arity {
                 super::node::Arity::Many { may_be_empty } => {
-                    let (key, name) = (positions(&kept, source), positions(&gathered(node, i), source));
-                    let mut by_key: BTreeMap<String, Vec<(Arc<str>, usize)>> = BTreeMap::new();
-                    let whole = key.is_empty() && name.iter().copied().eq(0..source.len());
-                    for (at, row) in feed.rows.iter().enumerate() {
-                        let short = if whole { row.name.clone() } else { pick(&row.name, &name).into() };
-                        by_key.entry(pick(&row.name, &key)).or_default().push((short, at));
-                    }
-                    for group in by_key.values_mut() {
-                        group.sort();
-                    }
-                    let many_all = key.is_empty() && feed.via.is_none();
-                    Port::Many { feed, columns, groups: Groups { by_key }, many_all, may_be_empty }
+                    let groups = Groups::new(node, i, known(&feed.rows));
+                    let many_all = kept.is_empty() && feed.via.is_none();
+                    Port::Many { feed, columns, groups, many_all, may_be_empty }
                 }
                 _ => {
                     let whole = columns.iter().copied().eq(0..node.axes.len()) && kept.len() == source.len();
@@ -207,7 +315,7 @@ impl Binding {
         for (port, name) in self.ports.iter().zip(&self.names) {
             let (columns, names) = match port {
                 Port::One { feed, columns, .. } if !columns.is_empty() => {
-                    (columns, feed.rows.iter().map(|r| r.name.clone()).collect())
+                    (columns, known(&feed.rows).iter().map(|r| r.name.clone()).collect())
                 }
                 _ => continue,
             };
@@ -231,7 +339,7 @@ impl Binding {
             if let Port::Many { feed: Feed { via: Some(via), .. }, .. } = port {
                 let columns = positions(&via.axes, &node.axes);
                 if !columns.iter().all(|c| sides.iter().any(|(have, ..)| have.contains(c))) {
-                    sides.push((columns, via.rows.iter().map(|r| r.name.clone()).collect(), name));
+                    sides.push((columns, known(&via.rows).iter().map(|r| r.name.clone()).collect(), name));
                 }
             }
         }
@@ -262,83 +370,83 @@ impl Binding {
     }
 
     /// What `element` takes through each port. `hint`: the element's number, where a row may lie at once.
-    pub fn take(&self, element: &str, hint: usize) -> Result<Vec<Taken>, ElementError> {
-        self.ports.iter().zip(&self.names).map(|(port, name)| self.take_port(port, name, element, hint)).collect()
+    pub fn take(&self, element: &str, hint: usize, live: &dyn Live) -> Result<Vec<Taken>, ElementError> {
+        let ports = self.ports.iter().zip(&self.names);
+        ports.map(|(port, name)| self.take_port(port, name, element, hint, live)).collect()
     }
 
-    fn take_port(&self, port: &Port, name: &str, element: &str, hint: usize) -> Result<Taken, ElementError> {
+    fn take_port(
+        &self,
+        port: &Port,
+        name: &str,
+        element: &str,
+        hint: usize,
+        live: &dyn Live,
+    ) -> Result<Taken, ElementError> {
         match port {
             Port::Absent => Ok(Taken::Absent),
             Port::One { feed, columns, whole } => {
-                let picked;
-                let wanted = if *whole {
-                    element
-                } else {
-                    picked = pick(element, columns);
-                    &picked
-                };
-                if let Some(row) = feed.rows.get(hint)
-                    && *row.name == *wanted
-                {
-                    return Ok(Taken::One(row.value));
+                let wanted = projection(element, columns, *whole);
+                let found = row(feed.from, feed.rows.as_ref(), &wanted, hint, live);
+                let missing = || ElementError(format!("input `{name}` has no element `{}`", shown(&wanted)));
+                found.map(Taken::One).ok_or_else(missing)
+            }
+            Port::Many { feed, columns, may_be_empty, .. } if feed.rows.is_none() => {
+                let key = pick(element, columns);
+                let short = |name: &str| name.get(key.len() + JOIN.len_utf8()..).unwrap_or_default().into();
+                let list: Vec<_> = live.below(feed.from, &key).into_iter().map(|(n, v)| (short(&n), v)).collect();
+                if list.is_empty() && !may_be_empty {
+                    return Err(empty(name));
                 }
-                let found = feed.rows.binary_search_by(|row| (*row.name).cmp(wanted));
-                let missing = |_| ElementError(format!("input `{name}` has no element `{}`", shown(wanted)));
-                Ok(Taken::One(feed.rows[found.map_err(missing)?].value))
+                Ok(Taken::Many(list))
             }
             Port::Many { feed, columns, groups, may_be_empty, .. } => {
                 let group = groups.by_key.get(&pick(element, columns)).map_or(&[][..], Vec::as_slice);
-                let value = |(short, at): &(Arc<str>, usize)| (short.clone(), feed.rows[*at].value);
+                let value = |(short, at): &(Arc<str>, usize)| (short.clone(), known(&feed.rows)[*at].value);
                 let list: Vec<(Arc<str>, ValueRef)> = match &feed.via {
                     None => group.iter().map(value).collect(),
-                    Some(via) => {
-                        let related = self.related(via, name, element, group)?;
-                        group
-                            .iter()
-                            .filter(|(s, _)| related.contains(component(s, via.gathered_at)))
-                            .map(value)
-                            .collect()
-                    }
+                    Some(via) => self.related(via, name, element, group, live)?.map(value).collect(),
                 };
                 if list.is_empty() && !may_be_empty {
-                    return Err(ElementError(format!("input `{name}` is an empty list, which this kind cannot take")));
+                    return Err(empty(name));
                 }
                 Ok(Taken::Many(list))
             }
         }
     }
 
-    /// The names that the relation gives for `element`.
-    fn related(
+    /// The members of `group` that the relation gives for `element`, in their order.
+    fn related<'g>(
         &self,
         via: &Via,
         port: &str,
         element: &str,
-        group: &[(Arc<str>, usize)],
-    ) -> Result<BTreeSet<String>, ElementError> {
-        // A relation that is itself mapped is taken by the element's name, or is one for all.
-        let row = if via.axes.is_empty() {
-            via.rows.first()
-        } else {
-            via.rows.iter().find(|r| *r.name == *element || element.split(JOIN).any(|c| *c == *r.name))
-        };
-        let relation = row.and_then(|r| via.relations.get(&r.value.hash));
+        group: &'g [(Arc<str>, usize)],
+        live: &dyn Live,
+    ) -> Result<impl Iterator<Item = &'g (Arc<str>, usize)>, ElementError> {
+        let relation = via.row(element, live).and_then(|value| via.relations.get(&value.hash));
         let relation =
             relation.ok_or_else(|| ElementError(format!("input `{port}`: there is no relation for this element")))?;
         let name = match via.element_at {
             Some(at) => component(element, at).to_owned(),
             None => shown(element),
         };
-        let names: BTreeSet<String> = relation.0.get(&name).into_iter().flatten().cloned().collect();
-        if !self.inner {
-            let known: BTreeSet<&str> = group.iter().map(|(s, _)| component(s, via.gathered_at)).collect();
-            if let Some(missing) = names.iter().find(|n| !known.contains(n.as_str())) {
+        let mut found = BTreeSet::new();
+        for wanted in relation.0.get(&name).into_iter().flatten() {
+            let at: Vec<usize> = if via.alone {
+                // The group is sorted by just this name.
+                group.binary_search_by(|(s, _)| (**s).cmp(wanted)).ok().into_iter().collect()
+            } else {
+                (0..group.len()).filter(|at| component(&group[*at].0, via.gathered_at) == wanted).collect()
+            };
+            if at.is_empty() && !self.inner {
                 return Err(ElementError(format!(
-                    "input `{port}`: `{name}` is related to `{missing}`, which the list does not have"
+                    "input `{port}`: `{name}` is related to `{wanted}`, which the list does not have"
                 )));
             }
+            found.extend(at);
         }
-        Ok(names)
+        Ok(found.into_iter().map(|at| &group[at]))
     }
 
     /// Whether the port's values are the same, or may be, for several elements.
@@ -350,12 +458,15 @@ impl Binding {
         }
     }
 
-    /// The full name of the row that holds `hash` in the port's source, if any does.
-    pub fn row_of(&self, port: usize, hash: &Digest) -> Option<Arc<str>> {
+    /// The full name of the row that holds `hash` among what `element` takes through the port, if any does.
+    pub fn row_of(&self, port: usize, element: &str, hash: &Digest) -> Option<Arc<str>> {
         match &self.ports[port] {
             Port::Absent => None,
-            Port::One { feed, .. } | Port::Many { feed, .. } => {
-                feed.rows.iter().find(|r| r.value.hash == *hash).map(|r| r.name.clone())
+            Port::One { columns, whole, .. } => Some(projection(element, columns, *whole).into()),
+            Port::Many { feed, columns, groups, .. } => {
+                let group = groups.by_key.get(&pick(element, columns))?;
+                let rows = group.iter().map(|(_, at)| &known(&feed.rows)[*at]);
+                rows.into_iter().find(|r| r.value.hash == *hash).map(|r| r.name.clone())
             }
         }
     }
@@ -370,52 +481,4 @@ impl Binding {
         };
         self.ports.iter().zip(taken).map(hash).collect()
     }
-}
-
-/// Axes as the node numbers them, names on these axes, and the port that they come from.
-type OwnedSide<'a> = (Vec<usize>, Vec<Arc<str>>, &'a str);
-type Side<'a> = (&'a [usize], &'a [Arc<str>], &'a str);
-
-/// Tuples that agree on the axes that both sides have. A name that one side lacks is an error unless `lenient`, or
-/// unless that side has further axes: its list below that name may be empty.
-fn natural_join(a: Side, b: Side, lenient: bool) -> Result<(Vec<usize>, Vec<Arc<str>>), ElementError> {
-    let shared: Vec<usize> = a.0.iter().filter(|x| b.0.contains(x)).copied().collect();
-    let at =
-        |axes: &[usize]| -> Vec<usize> { shared.iter().filter_map(|s| axes.iter().position(|x| x == s)).collect() };
-    let (in_a, in_b) = (at(a.0), at(b.0));
-    let extra: Vec<usize> = (0..b.0.len()).filter(|i| !shared.contains(&b.0[*i])).collect();
-    let mut by_key: BTreeMap<String, Vec<&Arc<str>>> = BTreeMap::new();
-    for name in b.1 {
-        by_key.entry(pick(name, &in_b)).or_default().push(name);
-    }
-    let mut met = BTreeSet::new();
-    let mut out = Vec::new();
-    let missing = |name: &str, side: &str, other: &str| {
-        ElementError(format!(
-            "input `{other}` has the element `{}`, input `{side}` has not; say `join = \"inner\"` to drop it",
-            shown(name)
-        ))
-    };
-    for name in a.1 {
-        let key = pick(name, &in_a);
-        match by_key.get(&key) {
-            Some(others) => {
-                for other in others {
-                    let tail = pick(other, &extra);
-                    out.push(if extra.is_empty() { name.clone() } else { format!("{name}{JOIN}{tail}").into() });
-                }
-                met.insert(key);
-            }
-            None if lenient || !extra.is_empty() => {}
-            None => return Err(missing(&key, b.2, a.2)),
-        }
-    }
-    if !lenient
-        && shared.len() == a.0.len()
-        && let Some(key) = by_key.keys().find(|k| !met.contains(*k))
-    {
-        return Err(missing(key, a.2, b.2));
-    }
-    let axes = a.0.iter().copied().chain(extra.iter().map(|i| b.0[*i])).collect();
-    Ok((axes, out))
 }

@@ -9,13 +9,14 @@ pub enum Event<'a> {
     Started {
         nodes: usize,
     },
-    /// A node has work to do: `elements` in all, `hits` of them already in the cache.
+    /// A node begins to work: `elements` as far as they are known, `hits` of them already in the cache. More may come to
+    /// be known while nodes above it still work.
     NodeStarted {
         node: &'a str,
         elements: u64,
         hits: u64,
     },
-    /// `done` of the node's elements are finished (hits among them), `left` are not.
+    /// `done` of the node's elements are finished (hits among them), `left` of those that are known are not.
     Progress {
         node: &'a str,
         done: u64,

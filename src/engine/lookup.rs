@@ -38,6 +38,9 @@ impl<V> DigestMap<V> {
     pub fn get(&self, key: &Digest) -> Option<&V> {
         self.0.get(key)
     }
+    pub fn get_mut(&mut self, key: &Digest) -> Option<&mut V> {
+        self.0.get_mut(key)
+    }
     pub fn contains(&self, key: &Digest) -> bool {
         self.0.contains_key(key)
     }

@@ -61,6 +61,8 @@ pub struct PlanNode {
     pub axes: Vec<Axis>,
     /// Elements missing on one side of a join are dropped instead of being an error.
     pub join_inner: bool,
+    /// Its outputs are cheaper to make again than to keep: of their bytes the cache takes only the hashes. Changes no key.
+    pub transient: bool,
 }
 
 #[derive(Clone, Debug, Default)]

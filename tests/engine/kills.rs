@@ -20,6 +20,9 @@ fn plan(variant: i64) -> Plan {
     let values: Vec<i64> = (0..12).map(|i| i + 12 * variant).collect();
     let list = b.node::<MakeList>("list", json!({ "names": names, "values": values }), &[]);
     let slow = b.node::<Slow>("slow", json!({ "ms": 2 }), &[From::Node(list)]);
+    if variant % 2 != 0 {
+        b.transient(slow);
+    }
     let square = b.node::<Square>("square", json!({ "pad": 60_000 }), &[From::Node(slow)]);
     let sum = b.node::<Sum>("sum", json!({}), &[From::Node(square)]);
     let each = b.node::<Print>("each", json!({}), &[From::Node(square)]);

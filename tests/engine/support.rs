@@ -13,6 +13,16 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::{collections::BTreeMap, sync::Arc};
 
+/// Bytes that no compression makes fewer.
+fn noise(seed: i64, count: usize) -> Vec<u8> {
+    let mut state = seed as u64 ^ 0x9e37_79b9_7f4a_7c15;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 56) as u8
+    };
+    (0..count).map(|_| next()).collect()
+}
+
 /// A number, padded to any size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Num(pub i64, pub usize);
@@ -22,7 +32,7 @@ impl Artifact for Num {
     const FORMAT: u32 = 1;
     fn encode(&self, out: &mut Encoder) {
         out.json("n", &self.0);
-        out.bytes("pad", vec![self.0 as u8; self.1]);
+        out.bytes("pad", noise(self.0, self.1));
     }
     fn decode(data: &Decoder) -> Result<Self, DecodeError> {
         Ok(Self(data.json("n")?, data.bytes("pad")?.len()))
@@ -123,6 +133,12 @@ kinds! {
         |_, i, _| {
             let names: Vec<String> = (0..i.value.0).map(|k| format!("part{k}")).collect();
             let values: Vec<i64> = (0..i.value.0).collect();
+            Ok(list(&names, &values))
+        };
+    Parts "parts" (count: i64) in One out Items =>
+        |(count,), i, _| {
+            let names: Vec<String> = (0..*count).map(|k| format!("part{k}")).collect();
+            let values: Vec<i64> = (0..*count).map(|k| i.value.0 * 100 + k).collect();
             Ok(list(&names, &values))
         };
     Square "square" (pad: u32) in One out One =>
@@ -248,8 +264,21 @@ impl Builder {
             self.axes.insert(out, of);
         }
         let params = kind.accept(params).expect("parameters");
-        self.nodes.push(PlanNode { name: name.into(), kind, params, inputs: plan_inputs, axes, join_inner: false });
+        self.nodes.push(PlanNode {
+            name: name.into(),
+            kind,
+            params,
+            inputs: plan_inputs,
+            axes,
+            join_inner: false,
+            transient: false,
+        });
         id
+    }
+
+    /// The bytes of the node's outputs are not kept.
+    pub fn transient(&mut self, node: usize) {
+        self.nodes[node].transient = true;
     }
 
     pub fn file(&mut self, path: &str, node: usize) {

@@ -139,6 +139,15 @@ fn shared_axes_join_and_fewer_axes_repeat() {
 }
 
 #[test]
+fn a_transient_node_says_so_and_changes_no_key() {
+    let text = LISTS.replace("kind = \"voxel-mesh\"", "kind = \"voxel-mesh\"\ntransient = true");
+    let (plan, kept) = (sound(&text, &[]), sound(LISTS, &[]));
+    assert!(node(&plan, "mesh").transient && !node(&plan, "pair").transient && !node(&kept, "mesh").transient);
+    assert_eq!(node(&plan, "mesh").params.json(), node(&kept, "mesh").params.json());
+    assert!(!node(&sound(LISTS, &["mesh.transient=false"]), "mesh").transient);
+}
+
+#[test]
 fn per_keeps_an_axis_from_being_gathered() {
     let plan = sound(&format!("{LISTS}[nodes.write]\nkind = \"write-glb\"\nmeshes = \"pair\"\nper = [\"cells\"]"), &[]);
     let (cells, meshes) = (output(&plan, "cells", 0), output(&plan, "mesh", 0));

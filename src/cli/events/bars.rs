@@ -37,8 +37,13 @@ impl Events for Bars {
                 bar.enable_steady_tick(Duration::from_millis(200));
                 nodes.insert(node.to_owned(), bar);
             }
-            Event::Progress { node, done, hits, .. } => {
+            Event::Progress { node, done, hits, left } => {
                 if let Some(bar) = nodes.get(node) {
+                    // Elements come to be known while the node works.
+                    if done + left > bar.length().unwrap_or(0) {
+                        bar.set_length(done + left);
+                        bar.set_style(style(done + left > 1));
+                    }
                     bar.set_position(done);
                     bar.set_message(format!("({hits} cached)"));
                 }

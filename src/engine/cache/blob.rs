@@ -1,7 +1,8 @@
-//! Large values as files named by their hash. A file is written under a temporary name, made read-only, and renamed:
+//! Large values as files named by the hash of their bytes, compressed where that saves a quarter. A file is written under a temporary name, made read-only, and renamed:
 //! under its final name it is whole or absent. Nothing is synced, because every read verifies (once per process) and a
 //! loss costs one recomputation.
 
+use super::pack;
 use crate::{
     array::Bytes,
     engine::{hash::Digest, temporary},
@@ -44,19 +45,21 @@ impl Blobs {
     }
 
     /// Stores `bytes`, whose hash is `hash`. Afterwards the file is sound: one that was there is read, since the
-    /// cache counts as verified what a run has just stored.
-    pub fn put(&self, hash: &Digest, bytes: &[u8]) -> io::Result<()> {
+    /// cache counts as verified what a run has just stored. Gives the bytes that the file takes.
+    pub fn put(&self, hash: &Digest, bytes: &[u8]) -> io::Result<u64> {
         let path = self.path(hash);
         if self.get(hash, false).is_ok() {
             // A sweep in another process spares what was touched after that process's bake began.
             if let Ok(file) = fs::File::open(&path) {
                 let _ = file.set_modified(std::time::SystemTime::now());
+                return Ok(file.metadata()?.len());
             }
-            return Ok(());
         }
         if fs::symlink_metadata(&path).is_ok_and(|meta| !meta.is_file()) {
             self.set_aside(hash);
         }
+        let packed = pack::pack(bytes);
+        let bytes = packed.as_deref().unwrap_or(bytes);
         let temporary = self.temporary();
         let write = || {
             let mut file = fs::File::create_new(&temporary)?;
@@ -76,10 +79,11 @@ impl Blobs {
         };
         write().inspect_err(|_| {
             let _ = fs::remove_file(&temporary);
-        })
+        })?;
+        Ok(bytes.len() as u64)
     }
 
-    /// The value's bytes, from a map where they are many.
+    /// The value's bytes, from a map where they are many and lie there as they are.
     pub fn get(&self, hash: &Digest, verified: bool) -> Result<Bytes, Bad> {
         let read = || -> io::Result<Option<Bytes>> {
             let path = self.path(hash);
@@ -100,6 +104,10 @@ impl Blobs {
             Ok(None) => return Err(Bad("it is no plain file".to_owned())),
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Err(Bad("its file is missing".to_owned())),
             Err(e) => return Err(Bad(format!("its file cannot be read: {e}"))),
+        };
+        let bytes = match pack::is_packed((*bytes).as_ref()) {
+            true => std::sync::Arc::new(pack::unpack((*bytes).as_ref()).map_err(Bad)?),
+            false => bytes,
         };
         if !verified && Digest::of((*bytes).as_ref()) != *hash {
             return Err(Bad("its bytes are not what its hash says".to_owned()));

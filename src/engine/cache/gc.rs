@@ -80,7 +80,7 @@ struct Sweep {
     kept_values: BTreeSet<Digest>,
 }
 
-pub(super) fn values_of(outputs: &[PortOut]) -> impl Iterator<Item = Digest> {
+pub fn values_of(outputs: &[PortOut]) -> impl Iterator<Item = Digest> {
     outputs.iter().flat_map(|out| {
         let (one, many) = match out {
             PortOut::One(v) => (Some(v.hash), &[][..]),

@@ -12,6 +12,7 @@ mod gc;
 pub(super) mod index;
 mod layout;
 pub mod lock;
+mod pack;
 #[cfg(test)]
 mod tests;
 mod verify;
@@ -19,10 +20,10 @@ mod write;
 
 pub use bakes::{BakesOnRecord, PROTECTED};
 pub use folder::check as check_folder;
-pub use gc::{Collected, Limits, gc};
+pub use gc::{Collected, Limits, gc, values_of};
 pub use index::set_aside as set_index_aside;
 pub use verify::{Stats, Verified, stats, verify};
-pub use write::NewValue;
+pub use write::{NewValue, Place};
 
 use super::{
     error::EngineError,
@@ -52,7 +53,12 @@ const FRESH: i64 = 24 * 3600;
 pub enum Stored {
     Inline(Arc<Vec<u8>>),
     File,
+    /// Nowhere: only its hash is known.
+    NotKept,
 }
+
+/// Stands in the place of a value's bytes where they are not kept.
+const NOT_KEPT: i64 = 0;
 
 /// Fields of a key's fixed part, as text.
 pub type Fields = Vec<(String, String)>;
@@ -323,6 +329,7 @@ fn number(column: ValueRef) -> i64 {
 fn stored(data: ValueRef) -> Stored {
     match data {
         ValueRef::Null => Stored::File,
+        ValueRef::Integer(_) => Stored::NotKept,
         data => Stored::Inline(Arc::new(blob_of(data).to_vec())),
     }
 }

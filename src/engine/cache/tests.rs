@@ -55,7 +55,7 @@ fn fill(root: &Path) -> Known {
             seconds: 1.0,
             reads: if i == 0 { Vec::new() } else { reads },
         };
-        let new = NewValue { hash: value, size: 1, inline: Some(vec![100 + i]) };
+        let new = NewValue { hash: value, place: Place::Inline(vec![100 + i]) };
         cache.put_run(key, Arc::new(run.clone()), vec![new], None).unwrap();
         let row = MapRow { name: "n".to_owned(), key, outputs: vec![out()] };
         let map = MapRecord { fixed: hash(50), inputs: Vec::new(), rows: vec![row], warnings: Vec::new() };
@@ -130,7 +130,7 @@ fn read_and_write(root: &Path, known: &Known, place: &str) -> Result<usize, Engi
 
     let (key, run) = &known.runs[0];
     cache.set_aside(&known.values[0])?;
-    let new = NewValue { hash: known.values[0], size: 1, inline: Some(vec![100]) };
+    let new = NewValue { hash: known.values[0], place: Place::Inline(vec![100]) };
     cache.put_run(*key, Arc::new(run.clone()), vec![new], None)?;
     cache.put_map(known.maps[0].0, &known.maps[0].1)?;
     cache.put_fixed(known.fixed[0].0, || known.fixed[0].1.clone());

@@ -1,6 +1,7 @@
 //! What a cache holds, and whether every value is what its hash says.
 
 use super::{
+    NOT_KEPT,
     blob::{Bad, Blobs},
     blob_of, digest, fields_from_bytes,
     files::Remembered,
@@ -67,10 +68,10 @@ pub fn stats(cache: &Path) -> Result<Option<Stats>, EngineError> {
         Ok(Stats {
             runs: count("SELECT count(*) FROM run")?,
             maps: count("SELECT count(*) FROM map")?,
-            values: count("SELECT count(*) FROM value")?,
+            values: count("SELECT count(*) FROM value WHERE typeof(data) <> 'integer'")?,
             bytes: count("SELECT ifnull(sum(size), 0) FROM value")?,
-            inline_values: count("SELECT count(*) FROM value WHERE data IS NOT NULL")?,
-            inline_bytes: count("SELECT ifnull(sum(size), 0) FROM value WHERE data IS NOT NULL")?,
+            inline_values: count("SELECT count(*) FROM value WHERE typeof(data) = 'blob'")?,
+            inline_bytes: count("SELECT ifnull(sum(size), 0) FROM value WHERE typeof(data) = 'blob'")?,
             index_bytes: fs::metadata(layout::path(cache)).map_or(0, |m| m.len()),
             bakes: count("SELECT count(*) FROM bake")?,
             read_only: db.read_only.clone(),
@@ -211,10 +212,12 @@ fn values(db: &Index, blobs: &Blobs, stop: &Stop, found: &mut Verified) -> Resul
     while let Some(row) = rows.next().map_err(Fail::Sql)? {
         let (hash, data) = (digest(row.get_ref(0).map_err(Fail::Sql)?), row.get_ref(2).map_err(Fail::Sql)?);
         let at: i64 = row.get(3).map_err(Fail::Sql)?;
-        found.values += 1;
+        found.values += u64::from(!matches!(data, ValueRef::Integer(NOT_KEPT)));
         found.bytes += number(row.get_ref(1).map_err(Fail::Sql)?).max(0) as u64;
         match data {
             ValueRef::Null => large.push((hash, at)),
+            // There are no bytes that could be bad.
+            ValueRef::Integer(NOT_KEPT) => drop(good.insert(hash)),
             data if data.as_blob().is_ok_and(|data| Digest::of(data) == hash) => {
                 good.insert(hash);
             }

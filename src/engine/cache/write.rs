@@ -1,12 +1,15 @@
 //! What a bake writes to the index: gathered, and written in transactions of many.
 
-use super::{Cache, Fields, Stored, fields_to_bytes, files::Remembered, index, lock::KeyLock, seconds};
+use super::{Cache, Fields, NOT_KEPT, Stored, fields_to_bytes, files::Remembered, index, lock::KeyLock, seconds};
 use crate::engine::{
     error::EngineError,
     hash::Digest,
     record::{MapRecord, RunRecord},
 };
-use rusqlite::params;
+use rusqlite::{
+    params,
+    types::{ToSqlOutput, ValueRef},
+};
 use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
 /// Results gathered before they are written in one transaction: a number, and milliseconds.
@@ -16,18 +19,34 @@ const BATCH: (usize, u128) = (256, 30);
 #[derive(Debug)]
 pub struct NewValue {
     pub hash: Digest,
-    pub size: u64,
-    /// The bytes of a small value; a large one lies in its file.
-    pub inline: Option<Vec<u8>>,
+    pub place: Place,
 }
 
-/// The bytes of a value that lies in the index.
-type Inline = Option<Arc<Vec<u8>>>;
+/// Where a value's bytes are.
+#[derive(Clone, Debug)]
+pub enum Place {
+    /// In the index.
+    Inline(Vec<u8>),
+    /// In their file, which takes so many bytes.
+    File(u64),
+    /// Nowhere: its node is transient.
+    NotKept,
+}
+
+impl Place {
+    pub fn stored(&self) -> Stored {
+        match self {
+            Self::Inline(bytes) => Stored::Inline(Arc::new(bytes.clone())),
+            Self::File(_) => Stored::File,
+            Self::NotKept => Stored::NotKept,
+        }
+    }
+}
 
 #[derive(Default)]
 pub(super) struct Pending {
-    /// Size, and bytes where they are few.
-    pub values: BTreeMap<Digest, (u64, Inline)>,
+    /// Bytes that they take, and where they are.
+    pub values: BTreeMap<Digest, (u64, Stored)>,
     pub runs: BTreeMap<Digest, Vec<(Digest, Arc<RunRecord>)>>,
     pub maps: Vec<(Digest, Vec<u8>)>,
     pub fixed: BTreeMap<Digest, Fields>,
@@ -47,8 +66,7 @@ pub(super) struct Pending {
 impl Pending {
     /// Where a value lies that waits to be written.
     pub fn stored(&self, hash: &Digest) -> Option<Stored> {
-        let (_, inline) = self.values.get(hash)?;
-        Some(inline.clone().map_or(Stored::File, Stored::Inline))
+        self.values.get(hash).map(|(_, stored)| stored.clone())
     }
 
     /// True where only what is nice to know would be lost.
@@ -91,11 +109,19 @@ impl Cache {
         lock: Option<KeyLock>,
     ) -> Result<(), EngineError> {
         for v in values {
-            self.verified.insert(v.hash);
-            if self.indexed.contains(&v.hash) {
+            let (size, stored) = match v.place {
+                Place::Inline(bytes) => (bytes.len() as u64, Stored::Inline(Arc::new(bytes))),
+                Place::File(size) => (size, Stored::File),
+                Place::NotKept => (0, Stored::NotKept),
+            };
+            let kept = !matches!(stored, Stored::NotKept);
+            if kept {
+                self.verified.insert(v.hash);
+            }
+            if self.indexed.contains(&v.hash) || !kept && self.pending.values.contains_key(&v.hash) {
                 continue;
             }
-            self.pending.values.insert(v.hash, (v.size, v.inline.map(Arc::new)));
+            self.pending.values.insert(v.hash, (size, stored));
         }
         self.pending.runs.entry(key).or_default().push((record.variant(), record));
         self.pending.locks.extend(lock);
@@ -121,6 +147,11 @@ impl Cache {
         } else {
             Ok(())
         }
+    }
+
+    /// Whether it takes results.
+    pub fn is_writable(&self) -> bool {
+        self.writable
     }
 
     /// True while results wait to be written.
@@ -171,9 +202,18 @@ impl Cache {
             for path in &pending.bad_files {
                 s.execute([path])?;
             }
-            let mut s = db.prepare_cached("INSERT OR IGNORE INTO value VALUES(?1, ?2, ?3)")?;
-            for (hash, (size, data)) in &pending.values {
-                s.execute(params![&hash.0[..], *size as i64, data.as_ref().map(|d| &d[..])])?;
+            // Of a value that was not kept, and now is, the row is replaced; any other says the same already.
+            let query = "INSERT INTO value VALUES(?1, ?2, ?3) ON CONFLICT(hash) DO UPDATE \
+                         SET size = excluded.size, data = excluded.data \
+                         WHERE typeof(data) = 'integer' AND typeof(excluded.data) <> 'integer'";
+            let mut s = db.prepare_cached(query)?;
+            for (hash, (size, stored)) in &pending.values {
+                let data = match stored {
+                    Stored::Inline(bytes) => ValueRef::Blob(bytes),
+                    Stored::File => ValueRef::Null,
+                    Stored::NotKept => ValueRef::Integer(NOT_KEPT),
+                };
+                s.execute(params![&hash.0[..], *size as i64, ToSqlOutput::Borrowed(data)])?;
             }
             let mut s = db.prepare_cached("INSERT OR REPLACE INTO run VALUES(?1, ?2, ?3, ?4)")?;
             for (key, variants) in &pending.runs {

@@ -15,7 +15,7 @@ use serde_json::Value;
 use std::{collections::BTreeMap, rc::Rc, sync::Arc};
 
 /// Keys of a node that no kind may use as the name of a port or parameter.
-pub const OWN_KEYS: [&str; 6] = ["kind", "method", "pipeline", "join", "cross", "per"];
+pub const OWN_KEYS: [&str; 7] = ["kind", "method", "pipeline", "join", "cross", "per", "transient"];
 
 /// A kind with its ports and parameters by name.
 pub struct KindInfo {

@@ -44,6 +44,8 @@ pub struct Link<'s> {
     pub broken: bool,
     pub join_inner: bool,
     pub cross: Option<TextSpan>,
+    /// Where it says so.
+    pub transient: Option<TextSpan>,
     pub per: Vec<(&'s str, TextSpan)>,
 }
 
@@ -76,6 +78,7 @@ pub fn link<'s>(
             info,
             join_inner: false,
             cross: None,
+            transient: None,
             per: Vec::new(),
         });
     }
@@ -160,7 +163,8 @@ impl<'s> Links<'s> {
         let node = &mut self.nodes[at];
         match (key, item.value) {
             ("cross", DeValue::Boolean(on)) => node.cross = on.then_some(item.place),
-            ("cross", other) => wrong(item.place, "true or false", other),
+            ("transient", DeValue::Boolean(on)) => node.transient = on.then_some(item.place),
+            ("cross" | "transient", other) => wrong(item.place, "true or false", other),
             ("join", DeValue::String(s)) if s == "inner" || s == "exact" => node.join_inner = s == "inner",
             ("join", DeValue::String(s)) => problems.push(
                 Problem::at(item.place, format!("`join` cannot be \"{s}\""), "no such join").help(

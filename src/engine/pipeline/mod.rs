@@ -18,6 +18,7 @@ mod read;
 mod reference;
 mod require;
 mod source;
+mod transient;
 mod value;
 
 pub use super::{
@@ -161,6 +162,7 @@ fn resolve<'s>(
     publish::outputs(draft, &links, problems);
     let files = publish::files(draft, &links, &known, problems);
     let bounds = require::require(draft, &links, &values, require, problems);
+    transient::transient(&links, &files, &bounds, problems);
     knobs(draft, &links, &values, problems);
     if !problems.is_empty() {
         return None;
@@ -274,6 +276,7 @@ fn plan(
                 .collect(),
             axes: outputs(axes.mapped),
             join_inner: link.join_inner,
+            transient: link.transient.is_some(),
         });
     }
     let files = files.into_iter().map(|(path, from)| Publish { path, from: output(from) }).collect();

@@ -30,8 +30,7 @@ impl Audit {
                 Some(was) => {
                     let stored = cache.value(&was.hash)?;
                     let was_bytes = stored.and_then(|stored| bytes(cache, &was.hash, stored));
-                    let inline = made.get(&value.hash).and_then(|v| v.inline.clone());
-                    let stored = inline.map_or(Stored::File, |bytes| Stored::Inline(bytes.into()));
+                    let stored = made.get(&value.hash).map_or(Stored::File, |v| v.place.stored());
                     match (was_bytes, bytes(cache, &value.hash, stored)) {
                         (Some(a), Some(b)) => differing((*a).as_ref(), (*b).as_ref()),
                         // The bytes that the cache held are lost: none of them can be compared.
@@ -61,6 +60,7 @@ fn bytes(cache: &Cache, hash: &Digest, stored: Stored) -> Option<crate::array::B
     match stored {
         Stored::Inline(bytes) => Some(bytes),
         Stored::File => cache.blobs().get(hash, false).ok(),
+        Stored::NotKept => None,
     }
 }
 

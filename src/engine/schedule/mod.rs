@@ -5,82 +5,48 @@
 //! processes are polled here, values are handed to a task with its start.
 
 mod audit;
+mod flow;
 mod held;
+mod mend;
 mod open;
 mod pool;
 mod read;
+mod ready;
 mod settle;
 mod start;
+mod state;
 mod task;
 
 pub use pool::Pool;
+pub use read::Gone;
+pub use state::State;
 pub use task::panic_text;
 
 use super::{
-    cache::{Cache, lock::KeyLock},
-    elements::{Binding, Rows},
+    cache::Cache,
+    elements::{self, Taken},
     error::EngineError,
     events::{Event, Events},
     hash::Digest,
-    key::SourceKey,
     node::Data,
     options::Options,
-    plan::{Axis, OutputRef, Plan},
+    plan::{OutputRef, Plan},
     profile::Profile,
     record::BakeRecord,
-    report::{Audit, Failure, Forecast},
-    source::Root,
-    value::{PortOut, shown},
+    report::{Audit, Failure},
+    value::shown,
 };
 use crate::math::Stop;
 use held::Held;
+use ready::Ready;
+use state::{NodeState, Output, Run, Takers};
 use std::{
     collections::{BTreeMap, BTreeSet, VecDeque},
     path::PathBuf,
-    sync::{Arc, mpsc},
+    sync::mpsc,
     time::{Duration, Instant},
 };
 use task::Done;
-
-/// The states of a run, and of a node as the sum of its runs.
-///
-/// ```text
-///              all inputs settled              a record is in the index
-///   Waiting ────────────────────────▶ (keyed) ─────────────────────────▶ Hit ◀────────────┐
-///    ▲  ▲ ▲                              │ none is                        │ a value of it │ the other
-///    │  │ │                              ▼                                │ is lost       │ stored one
-///    │  │ │                            Ready ◀────────────────────────────┤               │
-///    │  │ │          slot, memory and  │   ▲ │  key held by another       │               │
-///    │  │ │          key lock are had  │   │ └───────────────────────▶ Elsewhere ─────────┘
-///    │  │ │                            │   └──── the other gave up ───────┘ │
-///    │  │ │ an input's value is lost:  ▼                                  │
-///    │  │ └── its producer runs ◀─ Running ──────▶ Ran ───────────────────┘ (a value of it is lost)
-///    │  └──────── stopped ◀──────────┘ │
-///    │                                 └─────────▶ Failed
-///    └─ something above failed ──▶ Skipped
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
-    /// For what is above it, or for a lost input to be made again.
-    Waiting,
-    /// It has to run.
-    Ready,
-    /// Another process, or another node with an equal key, is making its result.
-    Elsewhere,
-    Running,
-    /// Its result came from the cache.
-    Hit,
-    Ran,
-    Failed,
-    /// Something that it needs failed.
-    Skipped,
-}
-
-impl State {
-    fn is_settled(self) -> bool {
-        matches!(self, Self::Hit | Self::Ran | Self::Failed | Self::Skipped)
-    }
-}
 
 /// How much of what the cache says at the level of whole nodes is believed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,86 +71,6 @@ enum Answer {
     Step(RunId, u64, u64),
 }
 
-/// Who goes on when a lost value is there again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Waiter {
-    Run(RunId),
-    /// A node that could not be keyed without the value.
-    Node(usize),
-    /// Whoever publishes the results.
-    Outside,
-}
-
-/// Why a run runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Cause {
-    Missing,
-    Forced,
-    Audit,
-    Lost,
-}
-
-struct Run {
-    name: Arc<str>,
-    key: Digest,
-    state: State,
-    cause: Cause,
-    outputs: Vec<PortOut>,
-    warnings: Vec<String>,
-    /// Lost inputs that are being made again.
-    missing: usize,
-    waiters: Vec<Waiter>,
-    lock: Option<KeyLock>,
-    /// Bytes reserved while it runs.
-    memory: u64,
-}
-
-/// One output port of a settled node.
-#[derive(Clone)]
-struct Output {
-    hash: Digest,
-    /// Stored size, where it is one value.
-    size: Option<u64>,
-    /// Loaded when someone asks.
-    rows: Option<Rows>,
-}
-
-/// Elements below which something failed: names on some axes.
-type Broken = BTreeMap<Axis, String>;
-
-struct NodeState {
-    wanted: bool,
-    state: State,
-    /// Producers not yet settled.
-    waits: usize,
-    consumers: Vec<usize>,
-    /// Consumers not yet settled.
-    live: usize,
-    fixed: Digest,
-    source_keys: Vec<(String, SourceKey)>,
-    roots: Arc<Vec<Root>>,
-    /// What its lists are as wholes: the inputs of its key.
-    inputs: Vec<Option<Digest>>,
-    key: Digest,
-    variant: Digest,
-    /// Whether any run read files besides root files: such a node is never believed as a whole.
-    reads: bool,
-    outputs: Vec<Output>,
-    warnings: Vec<(String, String)>,
-    runs: Vec<Run>,
-    binding: Option<Binding>,
-    /// Runs not settled.
-    pending: usize,
-    hits: u64,
-    ran: u64,
-    failed: u64,
-    skipped: u64,
-    seconds: f64,
-    broken: Vec<Broken>,
-    note: &'static str,
-    forecast: Option<Forecast>,
-}
-
 pub struct Schedule<'a> {
     pub plan: &'a Plan,
     options: &'a Options,
@@ -206,7 +92,9 @@ pub struct Schedule<'a> {
     memory_used: u64,
     nodes: Vec<NodeState>,
     to_open: VecDeque<usize>,
-    ready: VecDeque<RunId>,
+    /// Nodes of which some runs may be admitted.
+    to_flow: VecDeque<usize>,
+    ready: Ready,
     /// Runs whose keys other processes hold, and since when.
     elsewhere: Vec<(RunId, Instant)>,
     /// Holders whose names were told.
@@ -249,9 +137,15 @@ pub struct Setting<'a> {
 impl<'a> Schedule<'a> {
     pub fn new(plan: &'a Plan, s: Setting<'a>) -> Self {
         let count = plan.nodes.len();
-        let mut nodes: Vec<NodeState> = s.wanted.iter().map(|wanted| NodeState::new(*wanted)).collect();
+        let state = |wanted: &bool| NodeState { wanted: *wanted, ..NodeState::default() };
+        let mut nodes: Vec<NodeState> = s.wanted.iter().map(state).collect();
+        let mut depths = vec![0; count];
         let mut seen = Vec::new();
-        for (i, node) in plan.nodes.iter().enumerate().filter(|(i, _)| s.wanted[*i]) {
+        for (i, node) in plan.nodes.iter().enumerate() {
+            nodes[i].takers = vec![Takers::Runs(0); node.kind.spec().outputs.len()];
+            if !s.wanted[i] {
+                continue;
+            }
             seen.clear();
             for from in node.inputs.iter().flat_map(|input| [input.from, input.via]).flatten() {
                 let producer = from.node.0 as usize;
@@ -259,9 +153,22 @@ impl<'a> Schedule<'a> {
                     seen.push(producer);
                     nodes[producer].consumers.push(i);
                     nodes[producer].live += 1;
+                    depths[i] = depths[i].max(depths[producer] + 1);
                 }
             }
             nodes[i].waits = seen.len();
+            nodes[i].gates = seen.iter().filter(|p| flow::is_gate(plan, i, **p)).count();
+            nodes[i].driver = flow::driver(plan, i);
+            for (port, input) in node.inputs.iter().enumerate() {
+                for from in [input.from, input.via].into_iter().flatten() {
+                    let once = elements::taken_once(node, port);
+                    let takers = &mut nodes[from.node.0 as usize].takers[from.port as usize];
+                    *takers = match *takers {
+                        Takers::Runs(n) if once => Takers::Runs(n + 1),
+                        _ => Takers::Nodes,
+                    };
+                }
+            }
         }
         let to_open = (0..count).filter(|i| nodes[*i].wanted && nodes[*i].waits == 0).collect();
         Self {
@@ -281,12 +188,13 @@ impl<'a> Schedule<'a> {
             memory_used: 0,
             nodes,
             to_open,
-            ready: VecDeque::new(),
+            to_flow: VecDeque::new(),
+            ready: Ready::new(depths),
             elsewhere: Vec::new(),
             told: BTreeSet::new(),
             flying: BTreeMap::new(),
             running: 0,
-            held: Held::new(s.memory / 4),
+            held: Held::default(),
             pool: s.pool,
             answers: mpsc::channel(),
             lost: BTreeMap::new(),
@@ -320,16 +228,23 @@ impl<'a> Schedule<'a> {
                 if self.halted() {
                     break;
                 }
-                self.open(node)?;
+                if self.nodes[node].waits == 0 { self.open(node)? } else { self.flow(node)? }
             }
             self.cache.end()?;
             self.tell_damage();
             if !self.halted() {
                 self.look_elsewhere()?;
                 self.start_ready()?;
-            }
-            if !self.to_open.is_empty() && !self.halted() {
-                continue;
+                // What can start has started: time to look further down.
+                if let Some(node) = self.to_flow.pop_front() {
+                    self.cache.begin()?;
+                    self.flow(node)?;
+                    self.cache.end()?;
+                    continue;
+                }
+                if !self.to_open.is_empty() {
+                    continue;
+                }
             }
             if self.running == 0 && (self.halted() || self.ready.is_empty() && self.elsewhere.is_empty()) {
                 return Ok(());
@@ -363,7 +278,8 @@ impl<'a> Schedule<'a> {
         match answer {
             Answer::Done(id, done) => self.settle(id, *done),
             Answer::Step(id, done, total) => {
-                let element = shown(&self.nodes[id.node].runs[id.run].name);
+                let Some(run) = self.nodes[id.node].runs.get(id.run) else { return Ok(()) };
+                let element = shown(&run.name);
                 let element = Some(element.as_str()).filter(|e| !e.is_empty());
                 self.events.event(&Event::Step { node: self.name(id.node), element, done, total });
                 Ok(())
@@ -411,41 +327,54 @@ impl<'a> Schedule<'a> {
         &mut self.nodes[id.node].runs[id.run]
     }
 
-    fn hold(&mut self, node: usize, hash: Digest, size: u64, data: Data) {
-        if self.nodes[node].live > 0 {
+    /// Holds a value that output `from` has just given, if anybody takes it. `needed`: someone waits for just this value.
+    fn hold(&mut self, from: OutputRef, hash: Digest, size: u64, data: Data, needed: bool) {
+        let node = &self.nodes[from.node.0 as usize];
+        let takers = node.takers[from.port as usize];
+        if takers == Takers::Runs(0) || node.live == 0 && !needed {
+            return;
+        }
+        self.put(hash, size, data, needed || self.plan.nodes[from.node.0 as usize].transient);
+    }
+
+    /// Holds a value within a share of the memory; beyond it only one that is `needed`.
+    fn put(&mut self, hash: Digest, size: u64, data: Data, needed: bool) {
+        let most = self.memory / 2;
+        self.held.shrink(most.saturating_sub(size), |_| false);
+        if needed || self.held.bytes() + size <= most {
             self.held.put(hash, size, data);
         }
     }
-}
 
-impl NodeState {
-    fn new(wanted: bool) -> Self {
-        Self {
-            wanted,
-            state: State::Waiting,
-            waits: 0,
-            consumers: Vec::new(),
-            live: 0,
-            fixed: Digest::default(),
-            source_keys: Vec::new(),
-            roots: Arc::default(),
-            inputs: Vec::new(),
-            key: Digest::default(),
-            variant: Digest::default(),
-            reads: false,
-            outputs: Vec::new(),
-            warnings: Vec::new(),
-            runs: Vec::new(),
-            binding: None,
-            pending: 0,
-            hits: 0,
-            ran: 0,
-            failed: 0,
-            skipped: 0,
-            seconds: 0.0,
-            broken: Vec::new(),
-            note: "",
-            forecast: None,
+    /// Notes who will take the outputs of a run, as far as they are in memory.
+    fn expect_takers(&mut self, id: RunId) {
+        let Self { nodes, held, .. } = self;
+        let node = &nodes[id.node];
+        if held.is_empty() || node.live == 0 {
+            return;
+        }
+        for (out, takers) in node.runs[id.run].outputs.iter().zip(&node.takers) {
+            for hash in super::cache::values_of(std::slice::from_ref(out)) {
+                match takers {
+                    Takers::Runs(n) => held.expect(&hash, *n),
+                    Takers::Nodes => held.keep(&hash),
+                }
+            }
+        }
+    }
+
+    /// A run has come to its end: what it took leaves the memory, unless others take it too.
+    fn let_go(&mut self, id: RunId) {
+        if self.held.is_empty() {
+            return;
+        }
+        let node = &self.plan.nodes[id.node];
+        let Some(binding) = &self.nodes[id.node].binding else { return };
+        let name = &self.nodes[id.node].runs[id.run].name;
+        let ports = (0..node.inputs.len()).filter(|port| elements::taken_once(node, *port));
+        let taken: Vec<Taken> = ports.filter_map(|port| binding.taken(port, name, self)).collect();
+        for value in taken.iter().flat_map(Taken::values) {
+            self.held.taken(&value.hash);
         }
     }
 }

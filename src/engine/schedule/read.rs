@@ -1,6 +1,7 @@
 //! Reading what is settled: values, the rows of lists, and the runs of nodes that were believed as a whole.
 
-use super::{Cause, Output, Schedule, State, task};
+use super::{Run, Schedule, state::Output, task};
+use crate::engine::cache::Stored;
 use crate::engine::{
     elements::Rows,
     error::EngineError,
@@ -10,17 +11,43 @@ use crate::engine::{
     record::MapRecord,
     value::{PortOut, Row, ValueRef, join, list_hash},
 };
-use std::sync::Arc;
+use std::{fmt, sync::Arc};
+
+/// Why a value that a record names is not there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Gone {
+    /// Its node is transient: it is made again where it is needed.
+    NotKept,
+    /// The cache lost it: what is wrong.
+    Lost(String),
+}
+
+impl fmt::Display for Gone {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::NotKept => f.write_str("its node is transient"),
+            Self::Lost(what) => f.write_str(what),
+        }
+    }
+}
+
+impl Gone {
+    pub(super) fn missing() -> Self {
+        Self::Lost("it is no longer in the cache".to_owned())
+    }
+}
 
 impl Schedule<'_> {
     /// Reads one value on this thread: relations and files to publish, which are small or wanted at once.
-    /// The inner error says how it is lost.
-    pub fn fetch(&mut self, hash: Digest, spec: &PortSpec) -> Result<Result<Data, String>, EngineError> {
+    /// The inner error says why it is not there.
+    pub fn fetch(&mut self, hash: Digest, spec: &PortSpec) -> Result<Result<Data, Gone>, EngineError> {
         if let Some(data) = self.held.get(&hash) {
             return Ok(Ok(data));
         }
-        let Some(stored) = self.cache.value(&hash)? else {
-            return Ok(Err("it is no longer in the cache".to_owned()));
+        let stored = match self.cache.value(&hash)? {
+            Some(Stored::NotKept) => return Ok(Err(Gone::NotKept)),
+            Some(stored) => stored,
+            None => return Ok(Err(Gone::missing())),
         };
         let load = task::Load::new(hash, stored, self.cache.is_verified(&hash), false);
         match task::fetch(&load, spec, self.cache.blobs()) {
@@ -28,7 +55,7 @@ impl Schedule<'_> {
                 self.cache.mark_verified(hash);
                 Ok(Ok(data))
             }
-            Err(task::FetchError::Bad(what)) => Ok(Err(what)),
+            Err(task::FetchError::Bad(what)) => Ok(Err(Gone::Lost(what))),
             Err(task::FetchError::Other(task::TaskError::Cache(e) | task::TaskError::Failed(e))) => {
                 Err(EngineError::cache(self.cache.root(), e))
             }
@@ -60,10 +87,10 @@ impl Schedule<'_> {
         let ports = self.nodes[n].outputs.len();
         let loaded = if self.plan.nodes[n].axes.is_empty() {
             let record = self.look_up(n, &key)?;
-            record.map(|(_, record)| tables(ports, [("", &record.outputs[..])].into_iter()))
+            record.map(|(_, record)| tables(ports, [("".into(), &record.outputs[..])].into_iter()))
         } else {
             let record = self.cache.map(&key)?;
-            record.map(|r| tables(ports, r.rows.iter().map(|r| (&*r.name, &r.outputs[..]))))
+            record.map(|r| tables(ports, r.rows.iter().map(|r| (r.name.as_str().into(), &r.outputs[..]))))
         };
         let gone = || EngineError::Again(format!("the cache no longer holds what it said of {}", self.name(n)));
         let loaded = loaded.ok_or_else(gone)?;
@@ -77,12 +104,12 @@ impl Schedule<'_> {
 
     /// Gives a node that was believed as a whole its runs, all hits, so that one of them can be made again.
     pub(super) fn expand_known(&mut self, n: usize) -> Result<(), EngineError> {
-        if !self.bind(n)? {
-            return Err(EngineError::Again(format!("a relation above {} is lost too", self.name(n))));
-        }
+        self.bind(n)?;
         if !self.nodes[n].runs.is_empty() {
             return Ok(());
         }
+        // The map may be what waits to be written.
+        self.cache.flush()?;
         let hits = self.nodes[n].hits;
         if self.plan.nodes[n].axes.is_empty() {
             let mut outputs = Vec::new();
@@ -94,16 +121,14 @@ impl Schedule<'_> {
                 });
             }
             let key = self.nodes[n].key;
-            let id = self.add_run(n, "".into(), key, State::Hit, Cause::Missing, None);
-            self.run_mut(id).outputs = outputs;
+            self.add_run(n, Run::hit("".into(), key, outputs));
         } else {
             let key = self.nodes[n].key;
             let name = self.name(n);
             let gone = || EngineError::Again(format!("the cache no longer holds the map of {name}"));
             let record: MapRecord = self.cache.map(&key)?.ok_or_else(gone)?;
             for row in record.rows {
-                let id = self.add_run(n, row.name.into(), row.key, State::Hit, Cause::Missing, None);
-                self.run_mut(id).outputs = row.outputs;
+                self.add_run(n, Run::hit(row.name.into(), row.key, row.outputs));
             }
         }
         self.nodes[n].hits = hits;
@@ -112,18 +137,18 @@ impl Schedule<'_> {
 }
 
 /// A mapped node's outputs from those of its runs, in the order of their names.
-pub(super) fn tables<'a>(ports: usize, runs: impl Iterator<Item = (&'a str, &'a [PortOut])>) -> Vec<Output> {
+pub(super) fn tables<'a>(ports: usize, runs: impl Iterator<Item = (Arc<str>, &'a [PortOut])>) -> Vec<Output> {
     let mut rows: Vec<Vec<Row>> = vec![Vec::new(); ports];
     let mut single = None;
     for (name, outputs) in runs {
         for (port, out) in outputs.iter().enumerate().take(ports) {
             match out {
                 PortOut::One(value) => {
-                    rows[port].push(Row { name: name.into(), value: *value });
+                    rows[port].push(Row { name: name.clone(), value: *value });
                     single = single.or(name.is_empty().then_some(()));
                 }
                 PortOut::Many(list) => {
-                    rows[port].extend(list.iter().map(|(n, v)| Row { name: join(name, n).into(), value: *v }));
+                    rows[port].extend(list.iter().map(|(n, v)| Row { name: join(&name, n).into(), value: *v }));
                 }
             }
         }

@@ -1,28 +1,31 @@
 //! Settling: what an answer means for its run, its node, and those who wait.
 
-use super::{Broken, Cause, Forecast, NodeState, RunId, Schedule, State, Waiter, read::tables, task};
+use super::{
+    Gone, RunId, Schedule, flow,
+    read::tables,
+    state::{Broken, Cause, NodeState, State, Waiter, size_of},
+    task,
+};
 use crate::engine::{
     error::EngineError,
     events::Event,
     hash::Digest,
     key::{self, SourceKey},
-    plan::OutputRef,
+    node::Data,
+    plan::{NodeId, OutputRef},
     record::{MapRecord, MapRow, NodeTrace, RunRecord, TraceOut},
-    report::Failure,
+    report::{Failure, Forecast},
     source,
-    value::{JOIN, shown},
+    value::{JOIN, ValueRef, shown},
 };
 use std::sync::Arc;
 use task::{Done, Made, TaskError};
-
-/// A value lost more often than this within one bake is a broken disk, not an accident.
-const LOSSES: u32 = 3;
 
 impl Schedule<'_> {
     /// Takes a task's answer.
     pub(super) fn settle(&mut self, id: RunId, done: Done) -> Result<(), EngineError> {
         self.running -= 1;
-        self.memory_used -= std::mem::take(&mut self.run_mut(id).memory);
+        self.memory_used -= std::mem::take(&mut self.run_mut(id).busy().memory);
         let lane = self.lanes.iter().position(|l| *l == Some(id));
         if let Some(lane) = lane {
             self.lanes[lane] = None;
@@ -35,22 +38,24 @@ impl Schedule<'_> {
             self.cache.mark_verified(hash);
         }
         for (hash, size, data) in done.shared {
-            self.held.put(hash, size, data);
+            self.put(hash, size, data, false);
+            self.held.keep(&hash);
         }
         let key = self.run_mut(id).key;
         let followers = self.flying.remove(&key).unwrap_or_default();
         match done.result {
             Ok(made) => {
                 self.nodes[id.node].seconds += seconds;
+                // When the last run of a node is stored, its runs leave the memory.
+                let result = (!followers.is_empty()).then(|| (made.outputs.clone(), made.warnings.clone()));
                 self.store(id, made, seconds)?;
+                let (outputs, warnings) = result.unwrap_or_default();
                 for follower in followers {
-                    let run = &self.nodes[id.node].runs[id.run];
-                    let (outputs, warnings) = (run.outputs.clone(), run.warnings.clone());
                     let run = self.run_mut(follower);
                     let same = run.cause == Cause::Missing && run.key == key;
                     if same && !self.nodes[id.node].reads {
                         let run = self.run_mut(follower);
-                        (run.outputs, run.warnings) = (outputs, warnings);
+                        (run.outputs, run.warnings) = (outputs.clone(), warnings.clone());
                         self.settled(follower, State::Hit)?;
                     } else {
                         self.again(follower);
@@ -58,11 +63,14 @@ impl Schedule<'_> {
                 }
                 return Ok(());
             }
-            Err(TaskError::Lost(lost)) => self.wait_for(id, lost)?,
+            Err(TaskError::Lost(lost)) => {
+                let lost = lost.into_iter().map(|(port, hash, what)| (port, hash, Gone::Lost(what)));
+                self.wait_for(id, lost.collect())?;
+            }
             Err(TaskError::Failed(message)) => self.fail(id, message)?,
             Err(TaskError::Stopped) => {
                 let run = self.run_mut(id);
-                (run.state, run.lock) = (State::Waiting, None);
+                (run.state, run.busy().lock) = (State::Waiting, None);
             }
             Err(TaskError::Cache(what)) => return Err(EngineError::cache(self.cache.root(), what)),
         }
@@ -74,7 +82,7 @@ impl Schedule<'_> {
 
     fn again(&mut self, id: RunId) {
         self.run_mut(id).state = State::Ready;
-        self.ready.push_back(id);
+        self.ready.push(id);
     }
 
     /// Stores what a run made.
@@ -98,17 +106,20 @@ impl Schedule<'_> {
             self.nodes[n].key = key::run(self.nodes[n].fixed, &self.nodes[n].inputs, None);
             self.run_mut(id).key = self.nodes[n].key;
         }
-        let inputs = match &self.nodes[n].binding {
-            Some(binding) => match binding.take(&self.nodes[n].runs[id.run].name, id.run) {
-                Ok(taken) => binding.hashes(&taken).into_iter().map(Option::unwrap_or_default).collect(),
-                Err(e) => return self.fail(id, e.to_string()),
-            },
-            None => Vec::new(),
+        let name = self.nodes[n].runs[id.run].name.clone();
+        let inputs = match (self.take_inputs(n, &name, id.run), &self.nodes[n].binding) {
+            (Some(Ok(taken)), Some(binding)) => {
+                binding.hashes(&taken).into_iter().map(Option::unwrap_or_default).collect()
+            }
+            (Some(Err(e)), _) => return self.fail(id, e.to_string()),
+            _ => Vec::new(),
         };
         let run = &mut self.nodes[n].runs[id.run];
-        let (cause, key, lock) = (run.cause, run.key, run.lock.take());
+        let (cause, key, lock) = (run.cause, run.key, run.busy().lock.take());
         let expected = std::mem::replace(&mut run.outputs, made.outputs.clone());
         run.warnings = made.warnings.clone();
+        let size = size_of(&run.outputs);
+        self.nodes[n].largest = self.nodes[n].largest.max(size);
         let record = RunRecord {
             fixed: self.nodes[n].fixed,
             inputs,
@@ -132,25 +143,49 @@ impl Schedule<'_> {
         self.cache.put_fixed(fixed, || key::explain(node.kind.spec(), node.params.json(), keys));
         self.cache.put_run(key, Arc::new(record), made.values, lock)?;
         self.note_reads(id, variant, reads);
+        if changed && self.run_mut(id).is_again() {
+            // Its consumers were keyed by bytes that nobody can make again.
+            let text = format!("{} made other bytes than before from the same inputs", self.name(n));
+            return Err(EngineError::Again(text));
+        }
         if cause == Cause::Lost {
-            if changed {
-                // Its consumers were keyed by bytes that nobody can make again.
-                let text = format!("{} made other bytes than before from the same inputs", self.name(n));
-                return Err(EngineError::Again(text));
-            }
             // Before the others read it, the index must know it again.
             self.cache.flush()?;
         }
-        for (value, data) in made.data {
-            self.hold(n, value.hash, value.size, data);
-        }
+        self.hold_all(id, made.data);
         match cause {
             Cause::Forced => self.nodes[n].note = "forced",
             Cause::Lost => self.nodes[n].note = "its stored result was lost",
+            Cause::Remade => self.nodes[n].note = "it is transient, and its values were needed again",
             Cause::Audit => self.nodes[n].note = "audited",
             Cause::Missing => {}
         }
         self.settled(id, State::Ran)
+    }
+
+    /// Holds what a run gave for those who take it.
+    fn hold_all(&mut self, id: RunId, data: Vec<(u32, ValueRef, Data)>) {
+        let waiters = self.run_mut(id).busy().waiters.clone();
+        let again = self.run_mut(id).is_again();
+        for (port, value, data) in data {
+            let from = OutputRef { node: NodeId(id.node as u32), port };
+            let waits = |w: &&Waiter| matches!(w, Waiter::Run(_, hash) if *hash == value.hash);
+            let waiting: Vec<Waiter> = waiters.iter().filter(waits).copied().collect();
+            let needed = !waiting.is_empty() || waiters.iter().any(|w| !matches!(w, Waiter::Run(..)));
+            if again && !needed {
+                continue;
+            }
+            self.hold(from, value.hash, value.size, data, needed);
+            for waiter in waiting {
+                if let Waiter::Run(other, hash) = waiter {
+                    self.held.pin(&hash);
+                    self.run_mut(other).busy().pinned.push(hash);
+                }
+            }
+        }
+        if !again {
+            self.expect_takers(id);
+        }
     }
 
     pub(super) fn note_reads(&mut self, id: RunId, variant: Digest, reads: bool) {
@@ -162,7 +197,7 @@ impl Schedule<'_> {
     }
 
     pub(super) fn fail(&mut self, id: RunId, message: String) -> Result<(), EngineError> {
-        self.run_mut(id).lock = None;
+        self.run_mut(id).busy().lock = None;
         self.tell_failure(id, message);
         self.settled(id, State::Failed)
     }
@@ -179,9 +214,9 @@ impl Schedule<'_> {
     pub(super) fn settled(&mut self, id: RunId, state: State) -> Result<(), EngineError> {
         let node = &mut self.nodes[id.node];
         let run = &mut node.runs[id.run];
-        let mended = run.cause == Cause::Lost;
+        let mended = run.is_again();
         run.state = state;
-        run.lock = None;
+        let busy = run.take_busy();
         match state {
             State::Hit => node.hits += 1,
             State::Ran => node.ran += 1,
@@ -189,26 +224,32 @@ impl Schedule<'_> {
             _ => node.skipped += 1,
         }
         node.pending -= 1;
-        let waiters = std::mem::take(&mut run.waiters);
         let (left, done) = (node.pending as u64, node.hits + node.ran + node.failed + node.skipped);
-        let (hits, finished) = (node.hits, node.pending == 0);
+        let hits = node.hits;
         if mended && matches!(state, State::Failed | State::Skipped) {
             node.state = State::Failed;
         }
         self.events.event(&Event::Progress { node: self.name(id.node), done, hits, left });
-        for waiter in waiters {
+        busy.pinned.iter().for_each(|hash| self.held.unpin(hash));
+        if !mended {
+            if state == State::Hit {
+                self.expect_takers(id);
+            }
+            self.let_go(id);
+        }
+        for waiter in busy.waiters {
             match (waiter, state) {
-                (Waiter::Run(id), State::Ran | State::Hit) => {
+                (Waiter::Run(id, _), State::Ran | State::Hit) => {
                     let run = self.run_mut(id);
-                    run.missing -= 1;
-                    if run.missing == 0 {
+                    run.busy().missing -= 1;
+                    if run.busy().missing == 0 {
                         run.state = State::Ready;
-                        self.ready.push_front(id);
+                        self.ready.push_urgent(id);
                     }
                 }
                 (Waiter::Node(n), State::Ran | State::Hit) => self.to_open.push_back(n),
                 (Waiter::Outside, _) => {}
-                (Waiter::Run(id), _) => {
+                (Waiter::Run(id, _), _) => {
                     if !self.run_mut(id).state.is_settled() {
                         self.settled(id, State::Skipped)?;
                     }
@@ -216,61 +257,15 @@ impl Schedule<'_> {
                 (Waiter::Node(n), _) => {
                     self.nodes[n].skipped += 1;
                     self.nodes[n].broken = vec![Broken::new()];
-                    self.finish(n)?;
+                    self.close(n)?;
                 }
             }
         }
-        if finished { self.finish(id.node) } else { Ok(()) }
-    }
-
-    /// Has a lost value made again; `waiter` goes on then. `row` is its name in the producer's list.
-    pub(super) fn mend(
-        &mut self,
-        from: OutputRef,
-        row: &str,
-        hash: Digest,
-        what: &str,
-        waiter: Waiter,
-    ) -> Result<(), EngineError> {
-        let p = from.node.0 as usize;
-        self.expand_known(p)?;
-        let axes = self.plan.nodes[p].axes.len();
-        let name = row.split(JOIN).take(axes).collect::<Vec<_>>().join(&JOIN.to_string());
-        let found = self.nodes[p].runs.binary_search_by(|r| (*r.name).cmp(&name));
-        let gone = |_| EngineError::Again(format!("{} no longer has the element {}", self.name(p), shown(&name)));
-        let id = RunId { node: p, run: found.map_err(gone)? };
-        if let Waiter::Run(waiting) = waiter {
-            self.run_mut(waiting).missing += 1;
+        if state.is_good() {
+            self.arrived(id)?;
         }
-        self.run_mut(id).waiters.push(waiter);
-        if !self.run_mut(id).state.is_settled() {
-            return Ok(());
-        }
-        let losses = self.lost.entry(hash).or_default();
-        *losses += 1;
-        if *losses > LOSSES {
-            // What was just stored is not found: the index leads elsewhere, though its structure may look sound.
-            let what = format!("value {} is lost again and again: {what}", hash.short());
-            return Err(EngineError::Damaged { path: self.cache.root().to_owned(), what });
-        }
-        if *losses == 1 {
-            let text = format!("stored value {} is damaged ({what}); it is set aside and made again", hash.short());
-            let element = shown(row);
-            self.warn(Some(p), (!element.is_empty()).then_some(&element), &text);
-        }
-        self.cache.set_aside(&hash)?;
-        self.held.drop_value(&hash);
-        let node = &mut self.nodes[p];
-        match node.runs[id.run].state {
-            State::Hit => node.hits -= 1,
-            State::Ran => node.ran -= 1,
-            _ => {}
-        }
-        let run = &mut node.runs[id.run];
-        (run.state, run.cause) = (State::Ready, Cause::Lost);
-        node.pending += 1;
-        self.ready.push_front(id);
-        Ok(())
+        let node = &self.nodes[id.node];
+        if node.closed && node.pending == 0 { self.finish(id.node) } else { Ok(()) }
     }
 
     /// The node has no more to do: makes its outputs known and opens those who waited for them.
@@ -280,7 +275,9 @@ impl Schedule<'_> {
         }
         let plan = &self.plan.nodes[n];
         let dry = self.options.dry_run;
+        let known = self.previous_trace(n).is_some_and(|t| t.mapped && t.key == self.nodes[n].key);
         let node = &mut self.nodes[n];
+        node.sort();
         node.forecast = dry.then(|| node.forecast.unwrap_or(Forecast::Hit));
         node.state = match () {
             () if node.failed > 0 => State::Failed,
@@ -293,18 +290,7 @@ impl Schedule<'_> {
             node.collect(plan, plan.kind.spec().outputs.len());
             let sound = node.failed + node.skipped == 0 && !node.reads && !dry;
             if sound && !plan.axes.is_empty() {
-                let rows = node.runs.iter();
-                let rows = rows.map(|r| MapRow { name: r.name.to_string(), key: r.key, outputs: r.outputs.clone() });
-                let record = MapRecord {
-                    fixed: node.fixed,
-                    inputs: node.inputs.iter().map(|h| h.unwrap_or_default()).collect(),
-                    rows: rows.collect(),
-                    warnings: node.warnings.clone(),
-                };
-                let (key, fixed) = (node.key, node.fixed);
-                let keys = &self.nodes[n].source_keys;
-                self.cache.put_fixed(fixed, || key::explain(plan.kind.spec(), plan.params.json(), keys));
-                self.cache.put_map(key, &record)?;
+                self.store_map(n, known)?;
             }
         }
         for (element, text) in self.nodes[n].warnings.clone() {
@@ -320,11 +306,42 @@ impl Schedule<'_> {
         }
         for c in self.nodes[n].consumers.clone() {
             self.nodes[c].waits -= 1;
+            self.nodes[c].gates -= usize::from(flow::is_gate(self.plan, c, n));
             if self.nodes[c].waits == 0 {
                 self.to_open.push_back(c);
+            } else if self.nodes[c].flows {
+                self.to_flow.push_back(c);
+            } else {
+                self.stir(c);
             }
         }
         self.release(n);
+        Ok(())
+    }
+
+    /// Stores the map as a whole, unless the last bake's is the same. What it tells of single runs need not stay in memory.
+    fn store_map(&mut self, n: usize, known: bool) -> Result<(), EngineError> {
+        let plan = &self.plan.nodes[n];
+        let node = &self.nodes[n];
+        let (key, fixed) = (node.key, node.fixed);
+        if known && node.ran == 0 {
+            self.cache.touch_map(key);
+        } else {
+            let rows = node.runs.iter();
+            let rows = rows.map(|r| MapRow { name: r.name.to_string(), key: r.key, outputs: r.outputs.clone() });
+            let record = MapRecord {
+                fixed,
+                inputs: node.inputs.iter().map(|h| h.unwrap_or_default()).collect(),
+                rows: rows.collect(),
+                warnings: node.warnings.clone(),
+            };
+            let keys = &self.nodes[n].source_keys;
+            self.cache.put_fixed(fixed, || key::explain(plan.kind.spec(), plan.params.json(), keys));
+            self.cache.put_map(key, &record)?;
+        }
+        if self.cache.is_writable() {
+            self.nodes[n].runs = Vec::new();
+        }
         Ok(())
     }
 
@@ -341,7 +358,7 @@ impl Schedule<'_> {
             self.nodes[p].live -= 1;
             if self.nodes[p].live == 0 && !self.held.is_empty() {
                 for rows in self.nodes[p].outputs.iter().filter_map(|o| o.rows.clone()) {
-                    rows.iter().for_each(|row| self.held.drop_value(&row.value.hash));
+                    rows.iter().for_each(|row| self.held.unkeep(&row.value.hash));
                 }
             }
         }
@@ -396,19 +413,13 @@ impl Schedule<'_> {
         let node = &self.nodes[from.node.0 as usize];
         node.outputs.get(from.port as usize).map(|o| (o.hash, o.size))
     }
-
-    /// Has a lost value made again, and works until it is.
-    pub fn remake(&mut self, from: OutputRef, row: &str, hash: Digest, what: &str) -> Result<(), EngineError> {
-        self.mend(from, row, hash, what, Waiter::Outside)?;
-        self.work()
-    }
 }
 
 impl NodeState {
     /// Outputs, warnings and what is broken, from the runs.
     fn collect(&mut self, plan: &crate::engine::plan::PlanNode, ports: usize) {
         let good = self.runs.iter().filter(|r| matches!(r.state, State::Hit | State::Ran));
-        self.outputs = tables(ports, good.map(|r| (&*r.name, &r.outputs[..])));
+        self.outputs = tables(ports, good.map(|r| (r.name.clone(), &r.outputs[..])));
         for run in &self.runs {
             self.warnings.extend(run.warnings.iter().map(|w| (shown(&run.name), w.clone())));
             if matches!(run.state, State::Failed | State::Skipped) {

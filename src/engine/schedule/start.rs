@@ -1,6 +1,11 @@
 //! Starting runs: a slot, memory, the key's lock, one more look at the index, the inputs' bytes, and off.
 
-use super::{Answer, Cause, Run, RunId, Schedule, State, Waiter, open::sizes, task};
+use super::{
+    Answer, Gone, RunId, Schedule, Trust,
+    open::sizes,
+    state::{Cause, Run, State, Waiter},
+    task,
+};
 use crate::engine::{
     cache::{Stored, lock},
     elements::Taken,
@@ -27,18 +32,19 @@ impl Schedule<'_> {
         while self.running < self.jobs
             && !self.options.dry_run
             && !self.halted()
-            && let Some(id) = self.ready.front().copied()
+            && let Some(id) = self.ready.front()
         {
-            if !self.bind(id.node)? {
-                return Err(EngineError::Again(format!("a relation above {} is lost too", self.name(id.node))));
-            }
+            self.bind(id.node)?;
             let node = &self.plan.nodes[id.node];
             let name = self.run_mut(id).name.clone();
-            let Some(binding) = &self.nodes[id.node].binding else { break };
-            let taken = match binding.take(&name, id.run) {
+            if self.decode_relations(id.node, &name)?.is_some() {
+                return Err(EngineError::Again(format!("a relation above {} is lost too", self.name(id.node))));
+            }
+            let Some(taken) = self.take_inputs(id.node, &name, id.run) else { break };
+            let taken = match taken {
                 Ok(taken) => taken,
                 Err(e) => {
-                    self.ready.pop_front();
+                    self.ready.pop();
                     self.fail(id, e.to_string())?;
                     continue;
                 }
@@ -47,29 +53,48 @@ impl Schedule<'_> {
             let sizes = sizes(&taken);
             let estimate = catch_unwind(AssertUnwindSafe(|| node.kind.memory(&node.params, &sizes)));
             let need = match estimate {
-                Ok(need) if need <= self.memory => need,
-                Ok(need) => {
-                    self.ready.pop_front();
-                    let (need, have) = (bytes(need), bytes(self.memory));
-                    self.fail(id, format!("it needs about {need} of memory, but --memory allows {have} in all"))?;
-                    continue;
-                }
-                Err(payload) => {
-                    self.ready.pop_front();
-                    self.fail(id, super::panic_text(&*payload))?;
+                Ok(working) => self.need(id, &taken, working),
+                Err(payload) => Err(super::panic_text(&*payload)),
+            };
+            let need = match need {
+                Ok(need) => need,
+                Err(message) => {
+                    self.ready.pop();
+                    self.fail(id, message)?;
                     continue;
                 }
             };
-            // In order, so that a large task is not overtaken for ever.
-            if self.running > 0 && self.memory_used + need > self.memory {
+            // In order, so that a large task is not overtaken for ever. Values in memory give way to it.
+            let free = self.memory.saturating_sub(self.memory_used + need);
+            let spared = |hash: &Digest| taken.iter().any(|t| t.holds(hash));
+            self.held.shrink(free, spared);
+            if self.running > 0 && self.memory_used + need + self.held.bytes() > self.memory {
                 break;
             }
-            self.ready.pop_front();
+            self.ready.pop();
             if self.claim(id)? {
                 self.start(id, taken, need)?;
             }
         }
         Ok(())
+    }
+
+    /// What a run takes of the memory besides values that are in it already: inputs, `working` memory, and as much for
+    /// its outputs as a run of its node has given so far. The error is for the user: it is more than there is.
+    fn need(&self, id: RunId, taken: &[Taken], working: u64) -> Result<u64, String> {
+        let (mut inputs, mut held) = (0u64, 0u64);
+        for value in taken.iter().flat_map(Taken::values) {
+            inputs = inputs.saturating_add(value.size);
+            held += if self.held.contains(&value.hash) { value.size } else { 0 };
+        }
+        let all = inputs.saturating_add(working);
+        if all > self.memory {
+            let (need, inputs, have) = (bytes(all), bytes(inputs), bytes(self.memory));
+            return Err(format!(
+                "it needs about {need} of memory, {inputs} of it for its inputs, but --memory allows {have} in all"
+            ));
+        }
+        Ok(all.saturating_add(self.nodes[id.node].largest).min(self.memory).saturating_sub(held))
     }
 
     /// Makes the run's key this process's own. False if another has it, or has just finished it.
@@ -80,13 +105,13 @@ impl Schedule<'_> {
             self.run_mut(id).state = State::Elsewhere;
             return Ok(false);
         }
-        if self.run_mut(id).lock.is_none() {
+        if self.run_mut(id).busy().lock.is_none() {
             let Some(lock) = self.cache.lock(&key)? else {
                 self.run_mut(id).state = State::Elsewhere;
                 self.elsewhere.push((id, Instant::now()));
                 return Ok(false);
             };
-            self.run_mut(id).lock = Some(lock);
+            self.run_mut(id).busy().lock = Some(lock);
         }
         if self.run_mut(id).cause == Cause::Missing
             && let Some((variant, record)) = self.look_up(id.node, &key)?
@@ -95,7 +120,6 @@ impl Schedule<'_> {
             self.note_reads(id, variant, !record.reads.is_empty());
             let run = self.run_mut(id);
             (run.outputs, run.warnings) = (record.outputs.clone(), record.warnings.clone());
-            run.lock = None;
             self.settled(id, State::Hit)?;
             return Ok(false);
         }
@@ -122,7 +146,7 @@ impl Schedule<'_> {
                     // held at a time, and whoever takes it in between does the same work.
                     drop(lock);
                     self.run_mut(id).state = State::Ready;
-                    self.ready.push_front(id);
+                    self.ready.push_urgent(id);
                 }
             }
         }
@@ -151,10 +175,13 @@ impl Schedule<'_> {
                 if let Some(data) = self.held.get(&hash) {
                     return Some(Load { hash, from: From::Data(data), verified: true, share: false });
                 }
-                let Some(stored) = stored else {
-                    lost.push((port, hash, "it is no longer in the cache".to_owned()));
-                    return None;
+                let gone = match &stored {
+                    None => Some(Gone::missing()),
+                    Some(Stored::NotKept) => Some(Gone::NotKept),
+                    Some(_) => None,
                 };
+                lost.extend(gone.map(|gone| (port, hash, gone)));
+                let stored = stored.filter(|stored| !matches!(stored, Stored::NotKept))?;
                 Some(Load::new(hash, stored, self.cache.is_verified(&hash), shared))
             };
             inputs.push(match taken {
@@ -183,7 +210,7 @@ impl Schedule<'_> {
         let pool = self.pool.get().map_err(|e| EngineError::cache(self.cache.root(), format!("no threads: {e}")))?;
         let element = self.run_mut(id).name.clone();
         let spec = node.kind.spec();
-        let state = &mut self.nodes[id.node];
+        let state = &self.nodes[id.node];
         let task = Task {
             kind: node.kind.clone(),
             params: node.params.clone(),
@@ -198,12 +225,15 @@ impl Schedule<'_> {
                 Box::new(move |done, total| drop(answer.send(Answer::Step(id, done, total))))
             },
             memory: self.memory,
+            // A bake that begins again may have met a kind that gives other bytes each time: kept, they are the same for all.
+            keep: !node.transient || self.trust == Trust::Runs,
         };
+        let state = &mut self.nodes[id.node];
         if !state.state.is_settled() {
             state.state = State::Running;
         }
         let run: &mut Run = &mut state.runs[id.run];
-        (run.state, run.memory) = (State::Running, need);
+        (run.state, run.busy().memory) = (State::Running, need);
         self.flying.entry(run.key).or_default();
         self.running += 1;
         self.memory_used += need;
@@ -218,17 +248,18 @@ impl Schedule<'_> {
         Ok(())
     }
 
-    /// Sets `id` aside until its lost inputs are there again.
-    pub(super) fn wait_for(&mut self, id: RunId, lost: Vec<(usize, Digest, String)>) -> Result<(), EngineError> {
+    /// Sets `id` aside until its inputs are there again.
+    pub(super) fn wait_for(&mut self, id: RunId, lost: Vec<(usize, Digest, Gone)>) -> Result<(), EngineError> {
         let run = self.run_mut(id);
-        (run.state, run.lock) = (State::Waiting, None);
-        for (port, hash, what) in lost {
+        (run.state, run.busy().lock) = (State::Waiting, None);
+        let name = run.name.clone();
+        for (port, hash, gone) in lost {
             let from: Option<OutputRef> = self.plan.nodes[id.node].inputs[port].from;
-            let row = self.nodes[id.node].binding.as_ref().and_then(|b| b.row_of(port, &hash));
+            let row = self.nodes[id.node].binding.as_ref().and_then(|b| b.row_of(port, &name, &hash));
             let (Some(from), Some(row)) = (from, row) else {
                 return Err(EngineError::Again(format!("a lost input of {} has no producer", self.name(id.node))));
             };
-            self.mend(from, &row, hash, &what, Waiter::Run(id))?;
+            self.mend(from, &row, hash, &gone, Waiter::Run(id, hash))?;
         }
         Ok(())
     }

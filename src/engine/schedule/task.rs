@@ -3,7 +3,7 @@
 use crate::{
     engine::{
         cache::{
-            NewValue, Stored,
+            NewValue, Place, Stored,
             blob::{Bad, Blobs, INLINE},
         },
         hash::Digest,
@@ -40,7 +40,8 @@ impl Load {
     pub fn new(hash: Digest, stored: Stored, verified: bool, share: bool) -> Self {
         let from = match stored {
             Stored::Inline(bytes) => From::Inline(bytes),
-            Stored::File => From::File,
+            // What is not kept is told apart before; no file has its name.
+            Stored::File | Stored::NotKept => From::File,
         };
         Self { hash, from, verified, share }
     }
@@ -66,6 +67,8 @@ pub struct Task {
     pub progress: Box<dyn Fn(u64, u64) + Send + Sync>,
     /// See [`Ctx::memory`].
     pub memory: u64,
+    /// Whether the cache takes the outputs' bytes, and not only their hashes.
+    pub keep: bool,
 }
 
 /// Between two reports of a run's progress.
@@ -75,8 +78,8 @@ const REPORT_EVERY: Duration = Duration::from_millis(100);
 pub struct Made {
     pub outputs: Vec<PortOut>,
     pub values: Vec<NewValue>,
-    /// The decoded outputs, for those who take them next.
-    pub data: Vec<(ValueRef, Data)>,
+    /// The decoded outputs by port, for those who take them next.
+    pub data: Vec<(u32, ValueRef, Data)>,
     pub warnings: Vec<String>,
     pub reads: Vec<Read>,
     /// Contents of the root files that were read, by parameter.
@@ -116,7 +119,7 @@ fn perform_inner(
     shared: &mut Vec<(Digest, u64, Data)>,
     verified: &mut Vec<Digest>,
 ) -> Result<Made, TaskError> {
-    let Task { kind, params, inputs, element, roots, stop, blobs, device, memory, progress } = task;
+    let Task { kind, params, inputs, element, roots, stop, blobs, device, memory, progress, keep } = task;
     let spec = kind.spec();
     let mut lost = Vec::new();
     let mut slots = Vec::with_capacity(inputs.len());
@@ -174,7 +177,7 @@ fn perform_inner(
             NodeError::Stopped(_) if stop.is_set() => TaskError::Stopped,
             other => TaskError::Failed(other.to_string()),
         })?;
-        store(&spec.outputs, slots, &blobs)
+        store(&spec.outputs, slots, &blobs, keep)
     });
     let mut warnings = warnings.into_inner().unwrap_or_else(PoisonError::into_inner);
     warnings.sort();
@@ -241,27 +244,27 @@ pub fn fetch(load: &Load, port: &PortSpec, blobs: &Blobs) -> Result<(Data, u64),
     Ok(((port.ty.decode)(bytes).map_err(defect)?, size))
 }
 
-type StoredOutputs = (Vec<PortOut>, Vec<NewValue>, Vec<(ValueRef, Data)>);
+type StoredOutputs = (Vec<PortOut>, Vec<NewValue>, Vec<(u32, ValueRef, Data)>);
 
-fn store(ports: &[PortSpec], slots: Vec<Slot>, blobs: &Blobs) -> Result<StoredOutputs, TaskError> {
+/// Stores what a run gave; where that is not to be kept, only hashes are taken.
+fn store(ports: &[PortSpec], slots: Vec<Slot>, blobs: &Blobs, keep: bool) -> Result<StoredOutputs, TaskError> {
     let (mut outputs, mut values, mut kept) = (Vec::new(), Vec::new(), Vec::new());
-    let mut put = |port: &PortSpec, data: Data| -> Result<ValueRef, TaskError> {
+    let mut put = |at: usize, port: &PortSpec, data: Data| -> Result<ValueRef, TaskError> {
         let bytes = (port.ty.encode)(&data);
         let value = ValueRef { hash: Digest::of(&bytes), size: bytes.len() as u64 };
-        let inline = if bytes.len() <= INLINE {
-            Some(bytes)
-        } else {
-            let full = |e| TaskError::Cache(format!("a value of {} bytes cannot be written: {e}", value.size));
-            blobs.put(&value.hash, &bytes).map_err(full)?;
-            None
+        let full = |e| TaskError::Cache(format!("a value of {} bytes cannot be written: {e}", value.size));
+        let place = match bytes.len() {
+            _ if !keep => Place::NotKept,
+            n if n <= INLINE => Place::Inline(bytes),
+            _ => Place::File(blobs.put(&value.hash, &bytes).map_err(full)?),
         };
-        values.push(NewValue { hash: value.hash, size: value.size, inline });
-        kept.push((value, data));
+        values.push(NewValue { hash: value.hash, place });
+        kept.push((at as u32, value, data));
         Ok(value)
     };
-    for (port, slot) in ports.iter().zip(slots) {
+    for (at, (port, slot)) in ports.iter().zip(slots).enumerate() {
         outputs.push(match (slot, port.arity) {
-            (Slot::One(data), Arity::One) => PortOut::One(put(port, data)?),
+            (Slot::One(data), Arity::One) => PortOut::One(put(at, port, data)?),
             (Slot::Many(mut list), Arity::Many { may_be_empty }) => {
                 if list.is_empty() && !may_be_empty {
                     return Err(TaskError::Failed(format!("output `{}` is an empty list", port.name)));
@@ -274,7 +277,7 @@ fn store(ports: &[PortSpec], slots: Vec<Slot>, blobs: &Blobs) -> Result<StoredOu
                     let name = shown(&pair[0].0);
                     return Err(TaskError::Failed(format!("output `{}` has two elements named `{name}`", port.name)));
                 }
-                let named = list.into_iter().map(|(name, data)| Ok((name, put(port, data)?)));
+                let named = list.into_iter().map(|(name, data)| Ok((name, put(at, port, data)?)));
                 PortOut::Many(named.collect::<Result<_, TaskError>>()?)
             }
             _ => return Err(TaskError::Failed(format!("output `{}` is missing", port.name))),
