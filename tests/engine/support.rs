@@ -104,6 +104,11 @@ fn num(n: i64) -> One {
     One { value: Arc::new(Num(n, 0)) }
 }
 
+/// The sum, which wraps: graphs that are drawn at random square squares.
+fn total<const EMPTY: bool>(items: &List<Num, EMPTY>) -> i64 {
+    items.0.iter().fold(0, |sum, (_, n)| sum.wrapping_add(n.0))
+}
+
 fn file(text: String) -> Out {
     Out { file: Arc::new(File { media_type: "text/plain".into(), bytes: text.into_bytes() }) }
 }
@@ -116,7 +121,7 @@ fn list(names: &[String], values: &[i64]) -> Items {
 kinds! {
     Constant "constant" (value: i64, pad: u32) in Nothing out One =>
         |(v, pad), _, _| Ok(One { value: Arc::new(Num(*v, *pad as usize)) });
-    Add "add" (plus: i64) in Two out One => |(plus,), i, _| Ok(num(i.a.0 + i.b.map_or(0, |b| b.0) + plus));
+    Add "add" (plus: i64) in Two out One => |(plus,), i, _| Ok(num(i.a.0.wrapping_add(i.b.map_or(0, |b| b.0)).wrapping_add(*plus)));
     MakeList "list" (names: Vec<String>, values: Vec<i64>) in Nothing out Items => |(n, v), _, _| Ok(list(n, v));
     MakeMany "many" (count: i64, changed: i64) in Nothing out Items =>
         |(n, c), _, _| {
@@ -142,10 +147,10 @@ kinds! {
             Ok(list(&names, &values))
         };
     Square "square" (pad: u32) in One out One =>
-        |(pad,), i, _| Ok(One { value: Arc::new(Num(i.value.0 * i.value.0, *pad as usize)) });
-    Sum "sum" () in Items out One => |_, i, _| Ok(num(i.items.0.iter().map(|(_, n)| n.0).sum()));
-    SumSome "sum-some" () in Some_ out One => |_, i, _| Ok(num(i.items.0.iter().map(|(_, n)| n.0).sum()));
-    Around "around" () in Related out One => |_, i, _| Ok(num(1000 * i.me.0 + i.items.0.iter().map(|(_, n)| n.0).sum::<i64>()));
+        |(pad,), i, _| Ok(One { value: Arc::new(Num(i.value.0.wrapping_mul(i.value.0), *pad as usize)) });
+    Sum "sum" () in Items out One => |_, i, _| Ok(num(total(&i.items)));
+    SumSome "sum-some" () in Some_ out One => |_, i, _| Ok(num(total(&i.items)));
+    Around "around" () in Related out One => |_, i, _| Ok(num(i.me.0.wrapping_mul(1000).wrapping_add(total(&i.items))));
     Neighbours "neighbours" (names: BTreeMap<String, Vec<String>>) in Nothing out Names =>
         |(n,), _, _| Ok(Names { names: Arc::new(Relation(n.clone())) });
     Picky "picky" () in One out One =>
@@ -155,7 +160,7 @@ kinds! {
             n => Ok(num(n)),
         };
     Named "named" () in One out One uses true =>
-        |_, i, ctx| Ok(num(i.value.0 + ctx.element.map_or(0, |n| n.len() as i64)));
+        |_, i, ctx| Ok(num(i.value.0.wrapping_add(ctx.element.map_or(0, |n| n.len() as i64))));
     Warner "warner" () in One out One =>
         |_, i, ctx| { (ctx.warn)(format!("saw {}", i.value.0)); Ok(num(i.value.0)) };
     Restless "restless" () in Nothing out One =>
