@@ -13,9 +13,10 @@ use farfield::{
         occlusion::Estimate,
         outline::Outline,
         pixels::{Steps, Unit},
-        render::windows,
+        render::window,
         subject::{Classified, Classifying, Placement, Subject, Views, classify},
         texture::Textured,
+        weights::Window,
     },
     math::Stop,
     mesh::simplify::{Goal, Surface, simplify as quadric},
@@ -27,7 +28,7 @@ use farfield::{
     scene::{Mesh, Object, Part, Scene},
     view::{HexGrid, View},
 };
-use glam::{DAffine3, DMat4, DVec2, DVec3, Mat4};
+use glam::{DAffine3, DVec2, DVec3, Mat4};
 use rayon::prelude::*;
 use std::{collections::BTreeMap, convert::Infallible, path::Path, sync::Arc, time::Instant};
 
@@ -109,12 +110,11 @@ impl World {
     fn stand_in(&self, subject: &Subject, how: &Simplifying) -> Textured {
         let stop = Stop::default();
         let number = |name: &String| self.numbers[name];
-        let object = |(name, place): &(String, DAffine3)| Object {
-            transform: DMat4::from(*place).as_mat4(),
-            ..self.scene.objects[number(name)].clone()
-        };
-        let local = Scene { objects: subject.members.iter().map(object).collect() };
-        let windows = windows(&Cpu, &local, &subject.cameras, 2, &stop).expect("no stop");
+        let shapes: Vec<&[Part]> =
+            subject.members.iter().map(|(n, _)| &self.scene.objects[number(n)].parts[..]).collect();
+        let captured: Vec<Window> =
+            subject.cameras.iter().map(|(_, c)| window(&Cpu, c, &shapes, 2, &stop).expect("no stop")).collect();
+        let windows = subject.windows(captured.iter()).expect("its own windows");
         let levels: Vec<&Levels> = subject.members.iter().map(|(n, _)| &*self.shapes[number(n)]).collect();
         let simplified = simplify(subject, &levels, &windows, how, &stop).expect("no stop");
         textured(subject, &simplified, &windows, how.tolerance)

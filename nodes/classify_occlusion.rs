@@ -66,7 +66,7 @@ pub struct ClassifyOcclusion;
 
 impl Node for ClassifyOcclusion {
     const KIND: &'static str = "classify-occlusion";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;

@@ -64,6 +64,7 @@ kinds! {
         /// `select-views`: from where something is looked at.
         select_views {
             box_faces::BoxFaces,
+            cell_windows::CellWindows,
             entropy::Entropy,
             entropy_perturbed::EntropyPerturbed,
             icosahedron::Icosahedron,

@@ -9,7 +9,7 @@ use crate::{
         pixels::{Steps, Unit},
         simplified::Simplified,
         subject::Subject,
-        weights::Windows,
+        weights::Window,
     },
     ports,
 };
@@ -75,7 +75,7 @@ ports! {
         /// The meshes of its objects.
         levels: List<Levels>,
         /// What the cell's cameras see of it.
-        windows: Arc<Windows>,
+        windows: List<Window>,
     }
 }
 
@@ -91,7 +91,7 @@ pub struct SilhouetteWeight;
 impl Node for SilhouetteWeight {
     const KIND: &'static str = "collapse";
     const METHOD: &'static str = "silhouette-weight";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -116,9 +116,8 @@ impl Node for SilhouetteWeight {
             start: params.start,
             triangles: params.triangles as usize,
         };
-        if inputs.windows.0.len() != inputs.stand_in.cameras.len() {
-            return Err(NodeError::Failed("`windows` are not those of `stand_in`".into()));
-        }
-        Ok(Out { mesh: Arc::new(simplify(&inputs.stand_in, &levels, &inputs.windows, &how, ctx.stop)?) })
+        let windows = inputs.stand_in.windows(inputs.windows.0.iter().map(|(_, w)| &**w));
+        let windows = windows.map_err(|e| NodeError::from_error(&e))?;
+        Ok(Out { mesh: Arc::new(simplify(&inputs.stand_in, &levels, &windows, &how, ctx.stop)?) })
     }
 }

@@ -1,8 +1,8 @@
 //! Textures from captured views.
 
 use crate::{
-    engine::node::{Ctx, Node, NodeError},
-    lod::{build::textured, simplified::Simplified, subject::Subject, texture::Textured, weights::Windows},
+    engine::node::{Ctx, List, Node, NodeError},
+    lod::{build::textured, simplified::Simplified, subject::Subject, texture::Textured, weights::Window},
     ports,
 };
 use schemars::JsonSchema;
@@ -32,7 +32,7 @@ ports! {
         /// The mesh.
         mesh: Arc<Simplified>,
         /// The views.
-        windows: Arc<Windows>,
+        windows: List<Window>,
     }
 }
 
@@ -48,7 +48,7 @@ pub struct Views;
 impl Node for Views {
     const KIND: &'static str = "resample";
     const METHOD: &'static str = "views";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -58,9 +58,8 @@ impl Node for Views {
     }
 
     fn run(params: &Params, inputs: In, _: &Ctx) -> Result<Out, NodeError> {
-        if inputs.windows.0.len() != inputs.stand_in.cameras.len() {
-            return Err(NodeError::Failed("`windows` are not those of `stand_in`".into()));
-        }
-        Ok(Out { textured: Arc::new(textured(&inputs.stand_in, &inputs.mesh, &inputs.windows, params.moved)) })
+        let windows = inputs.stand_in.windows(inputs.windows.0.iter().map(|(_, w)| &**w));
+        let windows = windows.map_err(|e| NodeError::from_error(&e))?;
+        Ok(Out { textured: Arc::new(textured(&inputs.stand_in, &inputs.mesh, &windows, params.moved)) })
     }
 }

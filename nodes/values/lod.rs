@@ -10,7 +10,8 @@ use crate::{
         simplified::Simplified,
         subject::{Placement, Subject, Views},
         texture::{Patch, Textured},
-        weights::{Window, Windows},
+        weights::Window,
+        window::WindowCamera,
     },
     view::{HexCell, HexGrid, Prism, Projection, View},
 };
@@ -153,28 +154,68 @@ impl CameraRow {
     }
 }
 
+/// Objects and their places.
+type MemberRows = Vec<(String, Row<12>)>;
+
+fn member_rows(members: &[(String, DAffine3)]) -> MemberRows {
+    members.iter().map(|(n, t)| (n.clone(), affine_row(t))).collect()
+}
+
+fn members_of(rows: MemberRows) -> Result<Vec<(String, DAffine3)>, DecodeError> {
+    rows.into_iter().map(|(n, t)| Ok((n, affine_of(t)?))).collect()
+}
+
+#[derive(Serialize, Deserialize)]
+struct WindowCameraRow {
+    members: MemberRows,
+    camera: CameraRow,
+}
+
+impl WindowCameraRow {
+    fn of(c: &WindowCamera) -> Self {
+        Self { members: member_rows(&c.members), camera: CameraRow::of(&c.view) }
+    }
+
+    fn camera(self) -> Result<WindowCamera, DecodeError> {
+        Ok(WindowCamera { members: members_of(self.members)?, view: self.camera.view()? })
+    }
+}
+
+impl Artifact for WindowCamera {
+    const TYPE: &'static str = "LodCamera";
+    const FORMAT: u32 = 1;
+
+    fn encode(&self, out: &mut Encoder) {
+        out.json("head", &WindowCameraRow::of(self));
+    }
+
+    fn decode(data: &Decoder) -> Result<Self, DecodeError> {
+        data.json::<WindowCameraRow>("head")?.camera()
+    }
+}
+
 #[derive(Serialize, Deserialize)]
 struct SubjectHead {
-    members: Vec<(String, Row<12>)>,
+    members: MemberRows,
     multi: bool,
     cell: Row<5>,
     outline: OutlineRow,
     focal: f64,
-    cameras: Vec<CameraRow>,
+    cameras: Vec<(Row<3>, WindowCameraRow)>,
 }
 
 impl Artifact for Subject {
     const TYPE: &'static str = "LodSubject";
-    const FORMAT: u32 = 1;
+    const FORMAT: u32 = 2;
 
     fn encode(&self, out: &mut Encoder) {
         let head = SubjectHead {
-            members: self.members.iter().map(|(n, t)| (n.clone(), affine_row(t))).collect(),
+            members: member_rows(&self.members),
             multi: self.views == Views::Multi,
             cell: prism_row(&self.cell),
             outline: OutlineRow::of(&self.outline),
             focal: self.focal,
-            cameras: self.cameras.iter().map(CameraRow::of).collect(),
+            cameras: self.cameras.iter().map(|(eye, c)| (eye.to_array(), WindowCameraRow::of(c))).collect(),
         };
         out.json("head", &head);
     }
@@ -184,17 +225,17 @@ impl Artifact for Subject {
         if !(head.focal > 0.0 && head.focal.is_finite()) || head.cameras.is_empty() || head.cameras.len() > 32 {
             return Err(DecodeError::section("head", "expected a focal length and 1 to 32 cameras"));
         }
+        let camera = |(eye, row): (Row<3>, WindowCameraRow)| {
+            finite("head", &eye)?;
+            Ok((DVec3::from(eye), row.camera()?))
+        };
         Ok(Self {
-            members: head
-                .members
-                .into_iter()
-                .map(|(n, t)| Ok((n, affine_of(t)?)))
-                .collect::<Result<_, DecodeError>>()?,
+            members: members_of(head.members)?,
             views: if head.multi { Views::Multi } else { Views::Single },
             cell: prism_of(head.cell)?,
             outline: head.outline.outline()?,
             focal: head.focal,
-            cameras: head.cameras.iter().map(CameraRow::view).collect::<Result<_, _>>()?,
+            cameras: head.cameras.into_iter().map(camera).collect::<Result<_, DecodeError>>()?,
         })
     }
 }
@@ -236,30 +277,24 @@ impl Artifact for Levels {
     }
 }
 
-impl Artifact for Windows {
-    const TYPE: &'static str = "LodWindows";
+impl Artifact for Window {
+    const TYPE: &'static str = "LodWindow";
     const FORMAT: u32 = 1;
 
     fn encode(&self, out: &mut Encoder) {
-        out.json("cameras", &self.0.iter().map(|w| CameraRow::of(&w.view)).collect::<Vec<_>>());
-        for (i, w) in self.0.iter().enumerate() {
-            out.array(format!("depth {i}"), &w.depth);
-            out.array(format!("color {i}"), &w.color);
-        }
+        out.json("camera", &CameraRow::of(&self.view));
+        out.array("depth", &self.depth);
+        out.array("color", &self.color);
     }
 
     fn decode(data: &Decoder) -> Result<Self, DecodeError> {
-        let cameras: Vec<CameraRow> = data.json("cameras")?;
-        let window = |(i, camera): (usize, &CameraRow)| {
-            let view = camera.view()?;
-            let (depth, color) = (data.array::<f32>(&format!("depth {i}"))?, data.array(&format!("color {i}"))?);
-            let pixels = view.width as usize * view.height as usize;
-            if depth.len() != pixels || color.len() != pixels || depth.iter().any(|z| z.is_nan() || *z < 0.0) {
-                return Err(DecodeError::section(format!("depth {i}"), format!("expected {pixels} pixels")));
-            }
-            Ok(Window { view, depth, color })
-        };
-        Ok(Self(cameras.iter().enumerate().map(window).collect::<Result<_, _>>()?))
+        let view = data.json::<CameraRow>("camera")?.view()?;
+        let (depth, color) = (data.array::<f32>("depth")?, data.array("color")?);
+        let pixels = view.width as usize * view.height as usize;
+        if depth.len() != pixels || color.len() != pixels || depth.iter().any(|z| z.is_nan() || *z < 0.0) {
+            return Err(DecodeError::section("depth", format!("expected {pixels} pixels")));
+        }
+        Ok(Self { view, depth, color })
     }
 }
 

@@ -5,7 +5,8 @@ use super::{
     cluster::{Cluster, Rect, cluster},
     occlusion::{Distance, Estimate, self_occluding_error},
     outline::Outline,
-    window::{focal, window},
+    weights::{Window, Windows},
+    window::{WindowCamera, focal, window},
 };
 use crate::view::{Prism, View};
 use glam::{DAffine3, DVec3};
@@ -52,8 +53,35 @@ pub struct Subject {
     pub outline: Outline,
     /// Pixels per unit of the tangent.
     pub focal: f64,
-    /// The cameras that it is captured with: first that of the cell's centre, then of neighbours'. More than one for [`Views::Multi`] only.
-    pub cameras: Vec<View>,
+    /// What it is captured with, and where that camera stands: first at the cell's centre, then at neighbours'. More than one for
+    /// [`Views::Multi`] only.
+    pub cameras: Vec<(DVec3, WindowCamera)>,
+}
+
+impl Subject {
+    /// The windows of its cameras, which were captured in their order, about the cell's centre.
+    ///
+    /// # Errors
+    /// Where they are those of other cameras.
+    pub fn windows<'a>(&self, captured: impl ExactSizeIterator<Item = &'a Window>) -> Result<Windows, OtherWindows> {
+        if captured.len() != self.cameras.len() {
+            return Err(OtherWindows::Number { expected: self.cameras.len(), found: captured.len() });
+        }
+        let placed = |(window, (eye, camera)): (&Window, &(DVec3, WindowCamera))| {
+            let view = View { eye: *eye, ..window.view };
+            (window.view == camera.view).then(|| Window { view, ..window.clone() }).ok_or(OtherWindows::Camera)
+        };
+        captured.zip(&self.cameras).map(placed).collect::<Result<_, _>>().map(Windows)
+    }
+}
+
+/// Windows were captured with other cameras than those of the subject.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum OtherWindows {
+    #[error("`windows` are not those of `stand_in`: expected {expected}, found {found}")]
+    Number { expected: usize, found: usize },
+    #[error("`windows` are not those of `stand_in`: they have other cameras")]
+    Camera,
 }
 
 /// A cell's objects.
@@ -96,16 +124,27 @@ pub fn classify(cell: &Prism, neighbours: &[DVec3], objects: &[(String, &Placeme
     for (views, c) in
         singles.into_iter().map(|c| (Views::Single, c)).chain(multi.into_iter().map(|c| (Views::Multi, c)))
     {
-        let eyes = neighbours.iter().map(|n| *n - cell.centre).filter(|_| views == Views::Multi);
-        let cameras =
-            std::iter::once(DVec3::ZERO).chain(eyes).filter_map(|eye| window(&c.outline, eye, focal)).collect();
-        let member = |m: &usize| {
-            let (name, placement) = &objects[*m];
-            let mut transform = placement.transform;
-            transform.translation -= cell.centre;
-            (name.clone(), transform)
+        let about = |centre: DVec3| -> Vec<(String, DAffine3)> {
+            let member = |m: &usize| {
+                let (name, placement) = &objects[*m];
+                let mut transform = placement.transform;
+                transform.translation -= centre;
+                (name.clone(), transform)
+            };
+            c.members.iter().map(member).collect()
         };
-        let members: Vec<_> = c.members.iter().map(member).collect();
+        let members = about(cell.centre);
+        // From the objects' places in the world, so that all cells that look from one point have the same cameras.
+        let camera = |centre: DVec3, outline: &Outline| {
+            let view = window(outline, DVec3::ZERO, focal)?;
+            Some((centre - cell.centre, WindowCamera { members: about(centre), view }))
+        };
+        let around = neighbours.iter().filter_map(|centre| match (views, &objects[c.members[0]].1.outline) {
+            // One object: clusters have one view.
+            (Views::Multi, Some(outline)) => camera(*centre, &outline.about(*centre)),
+            _ => None,
+        });
+        let cameras = camera(cell.centre, &c.outline).into_iter().chain(around).collect();
         let mut name = members[0].0.clone();
         if let more @ 1.. = members.len() - 1 {
             name = format!("{name}+{more}");

@@ -10,7 +10,7 @@ use super::{
     render,
     subject::{Classifying, Placement, Subject, Views, classify},
     texture::Textured,
-    weights::Windows,
+    weights::{Window, Windows},
 };
 use crate::{
     math::{Sequence, Stop},
@@ -19,7 +19,7 @@ use crate::{
     scene::{Object, Scene, builtin},
     view::{HexGrid, View},
 };
-use glam::{DAffine3, DMat4, DVec3, Mat4};
+use glam::{DAffine3, DVec3, Mat4};
 
 const SIMPLIFYING: Simplifying = Simplifying {
     cost: CostKind::Parallax,
@@ -59,9 +59,9 @@ fn case(name: &str, distance: f32) -> Case {
     let how = Classifying { image_res: RESOLUTION, t_s: T_S, estimate: Estimate::Bound, clusters: true };
     let around: Vec<DVec3> = grid.neighbours(2, 2).iter().map(|(c, r)| grid.cell(*c, *r).centre).collect();
     let subject = classify(&cell, &around, &[(o.name.clone(), &placement)], &how).subjects.remove(0).1;
-    let member = &subject.members[0];
-    let local = Scene { objects: vec![Object { transform: DMat4::from(member.1).as_mat4(), ..o.clone() }] };
-    let windows = render::windows(&Cpu, &local, &subject.cameras, 2, &Stop::default()).unwrap();
+    let captured: Vec<Window> =
+        subject.cameras.iter().map(|c| render::window(&Cpu, &c.1, &[&o.parts], 2, &Stop::default()).unwrap()).collect();
+    let windows = subject.windows(captured.iter()).unwrap();
     Case { levels: levels(&shape, 11).unwrap(), original, subject, windows, grid }
 }
 

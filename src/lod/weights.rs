@@ -10,7 +10,7 @@ use glam::DVec3;
 /// What one of a subject's cameras sees.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Window {
-    /// About the cell's centre.
+    /// About the eye as it is captured, about the cell's centre in [`Windows`].
     pub view: View,
     /// Planar depth of the nearest surface of each pixel, metres; infinite where there is none.
     pub depth: Array<f32>,

@@ -2,7 +2,16 @@
 
 use super::outline::Outline;
 use crate::view::{Projection, View};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
+
+/// A camera and what it looks at, all about its eye: cells that look at an object from the same point have equal ones.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WindowCamera {
+    /// Objects by name, each with its place.
+    pub members: Vec<(String, DAffine3)>,
+    /// The eye is the origin.
+    pub view: View,
+}
 
 /// Pixels around the object.
 const MARGIN: f64 = 2.0;
