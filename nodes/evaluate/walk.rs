@@ -106,6 +106,8 @@ const MEASURES: &[(&str, &str, &str)] = &[
     ("psnr_y_object_db.min", "PSNR of luminance over what is covered, least", "dB"),
     ("missing.avg", "pixels of the original that are missing, mean share", ""),
     ("missing.max", "pixels of the original that are missing, largest share", ""),
+    ("holes.avg_px", "width of the widest hole of a frame at most: where what lies far behind is seen, or nothing, mean", "px"),
+    ("holes.max_px", "width of the widest hole of all frames, at most", "px"),
     ("extra.avg", "pixels beyond the original, mean share", ""),
     ("extra.max", "pixels beyond the original, largest share", ""),
     ("triangles_per_frame.avg", "triangles in the frustum, mean", ""),
@@ -128,7 +130,7 @@ pub struct Walk;
 impl Node for Walk {
     const KIND: &'static str = "evaluate";
     const METHOD: &'static str = "walk";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -302,6 +304,7 @@ fn certificate(frames: &[FrameFigures], manifest: &Manifest, original_triangles:
     let share = |n: u64, f: &FrameFigures| n as f64 / f.covered.max(1) as f64;
     let psnr = of(&|f| f.psnr_y_db);
     let object: Vec<f64> = frames.iter().filter_map(|f| f.psnr_y_object_db).collect();
+    let holes = of(&|f| f64::from(f.hole_px));
     let (missing, extra) = (of(&|f| share(f.missing, f)), of(&|f| share(f.extra, f)));
     let (drawn, full) = (of(&|f| f.triangles as f64), of(&|f| f.original_triangles as f64));
     let pops: Vec<_> = frames.iter().filter_map(|f| f.popping).collect();
@@ -320,6 +323,7 @@ fn certificate(frames: &[FrameFigures], manifest: &Manifest, original_triangles:
         "psnr_y_db": ends(&psnr, 3),
         "psnr_y_object_db": ends(&object, 3),
         "missing": tops(&missing, 6),
+        "holes": { "avg_px": rounded(mean(&holes), 3), "max_px": most(&holes) },
         "extra": tops(&extra, 6),
         "triangles_per_frame": tops(&drawn, 1),
         "original_triangles_per_frame": tops(&full, 1),

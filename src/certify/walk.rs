@@ -82,6 +82,8 @@ pub struct FrameFigures {
     /// Pixels of it that the stand-in does not cover, and the reverse.
     pub missing: u64,
     pub extra: u64,
+    /// No hole is wider, pixels: where the stand-in shows nothing of what the original does, or what lies far behind it.
+    pub hole_px: u32,
     /// Triangles of objects whose bounds meet the view: of what is drawn, and of the original.
     pub triangles: u64,
     pub original_triangles: u64,
@@ -101,6 +103,8 @@ pub struct Popping {
 
 /// A change of luminance that is seen.
 const SEEN: f32 = 32.0;
+/// What is so many times as far away as the original's surface lies behind it.
+const BEHIND: f32 = 1.1;
 
 /// What a walk gives.
 #[derive(Clone, Debug, Default)]
@@ -222,6 +226,8 @@ fn compare(a: &Shot, b: &Shot) -> FrameFigures {
     let (ya, yb) = (luminances(&a.picture), luminances(&b.picture));
     let (ca, cb) = (covered(a), covered(b));
     let either: Vec<bool> = ca.iter().zip(&cb).map(|(a, b)| *a || *b).collect();
+    let hole = |(za, zb): (&f32, &f32)| za.is_finite() && *zb > za * BEHIND;
+    let holes: Vec<bool> = a.depth.iter().zip(b.depth.iter()).map(hole).collect();
     let count = |what: (bool, bool)| ca.iter().zip(&cb).filter(|(a, b)| (**a, **b) == what).count() as u64;
     FrameFigures {
         psnr_y_db: rounded(psnr(&ya, &yb), 3),
@@ -229,8 +235,30 @@ fn compare(a: &Shot, b: &Shot) -> FrameFigures {
         covered: ca.iter().filter(|c| **c).count() as u64,
         missing: count((true, false)),
         extra: count((false, true)),
+        hole_px: width(holes, a.picture.width as usize),
         ..FrameFigures::default()
     }
+}
+
+/// The width of the widest part of a mask, even: twice as often as its outer pixels can be taken away.
+fn width(mut mask: Vec<bool>, width: usize) -> u32 {
+    let mut times = 0;
+    while mask.contains(&true) {
+        // What the frame cuts off goes on.
+        let set = |i: Option<usize>| i.and_then(|i| mask.get(i)).is_none_or(|m| *m);
+        let inner = |i: usize| {
+            let (left, right) = ((i % width > 0).then(|| i - 1), (i % width + 1 < width).then_some(i + 1));
+            mask[i] && [left, right, i.checked_sub(width), Some(i + width)].into_iter().all(set)
+        };
+        let next: Vec<bool> = (0..mask.len()).map(inner).collect();
+        if next == mask {
+            // Nothing but holes.
+            return width as u32;
+        }
+        mask = next;
+        times += 2;
+    }
+    times
 }
 
 #[cfg(test)]
@@ -258,6 +286,25 @@ mod tests {
     }
 
     #[test]
+    fn holes_are_as_wide_as_their_widest_part() {
+        // A line one pixel wide, a square of five, and a strip along the frame.
+        let mask = |kind: u32| -> Vec<bool> {
+            let set = |i: u32| {
+                let (x, y) = (i % 16, i / 16);
+                match kind {
+                    0 => false,
+                    1 => y == 3,
+                    2 => (4..9).contains(&x) && (2..7).contains(&y),
+                    3 => x < 3,
+                    _ => true,
+                }
+            };
+            (0..256).map(set).collect()
+        };
+        assert_eq!([0, 1, 2, 3, 4].map(|kind| width(mask(kind), 16)), [0, 2, 6, 6, 16]);
+    }
+
+    #[test]
     fn the_original_in_its_own_place_differs_nowhere() {
         let scene = builtin::make("solids", 1).unwrap();
         let b = scene.bounds();
@@ -277,9 +324,11 @@ mod tests {
         let [a, b, c, d] = &walked.frames[..] else { panic!("four frames") };
         for same in [a, b] {
             assert_eq!((same.missing, same.extra, same.psnr_y_db, same.popping), (0, 0, 100.0, None));
+            assert_eq!(same.hole_px, 0);
             assert_eq!(same.triangles, same.original_triangles);
         }
         let popping = c.popping.unwrap();
+        assert!(c.hole_px > 4, "an object is missing: {}", c.hole_px);
         assert!(c.missing > 0 && c.triangles < c.original_triangles && popping.psnr_y_db == c.psnr_y_db, "{c:?}");
         assert!(d.popping.is_none() && walked.worst.is_some() && walked.middle.is_some());
         let fails = |_| Err::<Scene, &str>("gone");
