@@ -60,7 +60,7 @@ pub struct HybridLodCell;
 impl Node for HybridLodCell {
     const KIND: &'static str = "write";
     const METHOD: &'static str = "hybrid-lod-cell";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;

@@ -63,13 +63,6 @@ const TOP: [f32; 3] = [31.0, 63.0, 31.0];
 const FOUR: [f32; 4] = [1.0, 0.0, 2.0 / 3.0, 1.0 / 3.0];
 const THREE: [f32; 3] = [1.0, 0.0, 0.5];
 
-/// A way of cutting sixteen colours into clusters.
-struct Cut {
-    /// Colours before the end of the first, second and third cluster.
-    ends: [usize; 3],
-    sums: Shares,
-}
-
 /// Sums over sixteen colours of a², b² and a·b, where a and b = 1 − a are a colour's shares of the endpoints.
 #[derive(Clone, Copy)]
 struct Shares {
@@ -93,31 +86,41 @@ impl Shares {
     }
 }
 
-/// All cuts into four clusters with the shares 1, 2/3, 1/3, 0, and into three with 1, 1/2, 0.
-static CUTS: LazyLock<[Vec<Cut>; 2]> = LazyLock::new(|| {
-    let make = |shares: [f32; 4], middle_ends: bool| {
-        let mut cuts = Vec::new();
-        for i in 0..=16 {
-            for j in i..=16 {
-                for k in j..=(if middle_ends { j } else { 16 }) {
-                    let of = |n| {
-                        if n < i {
-                            shares[0]
-                        } else if n < j {
-                            shares[1]
-                        } else if n < k {
-                            shares[2]
-                        } else {
-                            shares[3]
-                        }
-                    };
-                    cuts.extend(Shares::of((0..16).map(of)).map(|sums| Cut { ends: [i, j, k], sums }));
-                }
-            }
-        }
-        cuts
+/// A cut of sixteen colours into clusters: how many colours lie before the end of the first, second and third.
+type Ends = [usize; 3];
+
+/// Shares of the colours in the clusters of a cut.
+fn shares([i, j, k]: Ends, of: [f32; 4]) -> Option<Shares> {
+    Shares::of((0..16).map(|n| of[usize::from(n >= i) + usize::from(n >= j) + usize::from(n >= k)]))
+}
+
+/// The shares of four clusters, and of three: there the second and third end are one.
+const CLUSTERS: [[f32; 4]; 2] = [[1.0, 2.0 / 3.0, 1.0 / 3.0, 0.0], [1.0, 0.5, 0.5, 0.0]];
+
+/// Numbers for each last end of a cut, 0 to 16, and for as many more as make whole vectors.
+type Lanes = [f32; 20];
+
+/// [`Shares::inverse`] of all cuts by their first ends; not a number where there is no cut.
+struct Inverses {
+    /// By i and j, then k.
+    four: Vec<Lanes>,
+    /// By i, then j.
+    three: Vec<Lanes>,
+}
+
+static INVERSES: LazyLock<Inverses> = LazyLock::new(|| {
+    let lanes = |first: usize, ends: &dyn Fn(usize) -> Ends, of| -> Lanes {
+        std::array::from_fn(|last| {
+            let cut = (first..=16).contains(&last).then(|| shares(ends(last), of)).flatten();
+            cut.map_or(f32::NAN, |s| s.inverse)
+        })
     };
-    [make([1.0, 2.0 / 3.0, 1.0 / 3.0, 0.0], false), make([1.0, 0.5, 0.5, 0.0], true)]
+    let pairs = (0..=16).flat_map(|i| (0..=16).map(move |j| (i, j)));
+    Inverses {
+        // Before i there is no j.
+        four: pairs.map(|(i, j)| lanes(if j < i { 17 } else { j }, &|k| [i, j, k], CLUSTERS[0])).collect(),
+        three: (0..=16).map(|i| lanes(i, &|j| [i, j, j], CLUSTERS[1])).collect(),
+    }
 });
 
 /// Colours about their mean, scaled so that all channels count alike.
@@ -152,26 +155,54 @@ impl Fit {
 
     /// The best block of four or three colours that the search finds.
     fn best(&self, four: bool) -> Packed {
+        // Where endpoints leave the range of codes or few colours leave a choice, those of the outermost colours can be better.
+        let cut = self.cut(four);
+        let best = shares(cut, CLUSTERS[usize::from(!four)]);
+        let outermost = self.settle(self.outermost(), four);
+        let Some(best) = best else { return outermost };
+        let fitted = self.settle(self.ends(best, self.first(cut, four)), four);
+        if outermost.error < fitted.error { outermost } else { fitted }
+    }
+
+    /// The sum of a·colour for a cut.
+    fn first(&self, cut: Ends, four: bool) -> [f32; 3] {
+        let [i, j, k] = cut.map(|n| &self.sums[n]);
+        let (third, last) = if four { (1.0 / 3.0, 1.0) } else { (0.5, 0.0) };
+        std::array::from_fn(|c| (i[c] + j[c] + last * k[c]) * third)
+    }
+
+    /// The cut of which least squares leave the smallest error; of equal ones the first.
+    fn cut(&self, four: bool) -> Ends {
         // About their mean, the colours' sum of a·colour is the negative of that of b·colour, and least squares leave their sum of squares less
         // 16 |sum of a·colour|² / det.
         let third = if four { 1.0 / 3.0 } else { 0.5 };
-        let cuts = &CUTS[usize::from(!four)];
-        let sum = |cut: &Cut| -> [f32; 3] {
-            let [i, j, k] = cut.ends.map(|n| &self.sums[n]);
-            let last = if four { 1.0 } else { 0.0 };
-            std::array::from_fn(|c| (i[c] + j[c] + last * k[c]) * third)
+        let last: [Lanes; 3] = std::array::from_fn(|c| std::array::from_fn(|n| self.sums.get(n).map_or(0.0, |s| s[c])));
+        let (mut most, mut best) = (-1.0, [0; 3]);
+        let mut search = |start: [f32; 3], inverses: &Lanes, ends: &dyn Fn(usize) -> Ends| {
+            let mut gains: Lanes = [0.0; 20];
+            for (n, gain) in gains.iter_mut().enumerate() {
+                let [x, y, z]: [f32; 3] = std::array::from_fn(|c| (start[c] + last[c][n]) * third);
+                *gain = (x * x + y * y + z * z) * inverses[n];
+            }
+            if gains.iter().fold(-1.0_f32, |m, g| if *g > m { *g } else { m }) > most {
+                for (n, gain) in gains.iter().enumerate().filter(|(_, gain)| !gain.is_nan()) {
+                    if *gain > most {
+                        (most, best) = (*gain, ends(n));
+                    }
+                }
+            }
         };
-        let (mut most, mut best) = (-1.0, &cuts[0]);
-        for cut in cuts {
-            let [x, y, z] = sum(cut);
-            let gain = (x * x + y * y + z * z) * cut.sums.inverse;
-            if gain > most {
-                (most, best) = (gain, cut);
+        for i in 0..=16 {
+            if four {
+                for j in i..=16 {
+                    let start = std::array::from_fn(|c| self.sums[i][c] + self.sums[j][c]);
+                    search(start, &INVERSES.four[17 * i + j], &|k| [i, j, k]);
+                }
+            } else {
+                search(self.sums[i], &INVERSES.three[i], &|j| [i, j, j]);
             }
         }
-        // Where endpoints leave the range of codes or few colours leave a choice, those of the outermost colours can be better.
-        let [first, second] = [self.settle(self.ends(best.sums, sum(best)), four), self.settle(self.outermost(), four)];
-        if second.error < first.error { second } else { first }
+        best
     }
 
     /// The codes of the first and last colour along the axis.
@@ -356,7 +387,34 @@ mod tests {
         [a0, a1, b0, b1, i0, i1, i2, i3]
     }
 
+    /// Every cut by itself.
+    fn literal_cut(fit: &Fit, four: bool) -> Ends {
+        let (mut most, mut best) = (-1.0, [0; 3]);
+        for i in 0..=16 {
+            for j in i..=16 {
+                for k in j..=if four { 16 } else { j } {
+                    let Some(sums) = shares([i, j, k], CLUSTERS[usize::from(!four)]) else { continue };
+                    let [x, y, z] = fit.first([i, j, k], four);
+                    let gain = (x * x + y * y + z * z) * sums.inverse;
+                    if gain > most {
+                        (most, best) = (gain, [i, j, k]);
+                    }
+                }
+            }
+        }
+        best
+    }
+
     proptest! {
+        #[test]
+        fn the_best_cut_is_found(colors in prop::array::uniform16(prop::array::uniform3(prop::sample::select(vec![0, 3, 90, 91, 200, 255_u8])))) {
+            let scale = LUMA.map(|w: f32| w.sqrt() / 255.0);
+            let fit = Fit::new(colors.map(|c| std::array::from_fn(|i| f32::from(c[i]) * scale[i])), scale);
+            for four in [true, false] {
+                prop_assert_eq!(fit.cut(four), literal_cut(&fit, four));
+            }
+        }
+
         #[test]
         fn no_worse_than_the_simple_encoder(
             start in prop::array::uniform3(0..=255_u8),

@@ -33,7 +33,7 @@ pub fn cell_files(entry: &Entry, stand_ins: &[(&str, &Subject, &Textured)], page
     let patches: Vec<_> = stand_ins.iter().flat_map(|(name, _, t)| t.patches.iter().map(move |p| (*name, p))).collect();
     let blocks = |n: u32| n.div_ceil(ALIGN);
     let sizes: Vec<[u32; 2]> = patches.iter().map(|(_, p)| [blocks(p.width), blocks(p.height)]).collect();
-    let packing = match pack(&sizes, page / ALIGN) {
+    let mut packing = match pack(&sizes, page / ALIGN) {
         Some(packing) => packing,
         None => {
             let largest = patches.iter().max_by_key(|(_, p)| p.width.max(p.height));
@@ -43,6 +43,11 @@ pub fn cell_files(entry: &Entry, stand_ins: &[(&str, &Subject, &Textured)], page
             ));
         }
     };
+    // Pages end with the last row that is in use.
+    for (i, [_, height]) in packing.pages.iter_mut().enumerate() {
+        let tops = packing.places.iter().zip(&sizes).filter(|(slot, _)| slot.page as usize == i);
+        *height = tops.map(|(slot, size)| slot.y + size[1]).max().unwrap_or(*height);
+    }
     let mut pages: Vec<Vec<[u8; 4]>> =
         packing.pages.iter().map(|s| vec![[0, 0, 0, 255]; (s[0] * s[1] * ALIGN * ALIGN) as usize]).collect();
     for ((_, patch), slot) in patches.iter().zip(&packing.places) {
