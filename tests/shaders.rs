@@ -1,7 +1,7 @@
 //! The translations of shaders that ship are those that naga makes of them today. `FARFIELD_TRANSLATE=1` writes them anew.
 
 use farfield::{
-    runtime::{dmesh, octahedral, ori},
+    runtime::{dmesh, hybrid_lod, octahedral, ori},
     sprite,
 };
 use naga::{ShaderStage, back, front::wgsl, valid};
@@ -14,7 +14,7 @@ struct Source {
     glsl: &'static [(&'static str, ShaderStage, &'static str)],
 }
 
-fn sources() -> [Source; 4] {
+fn sources() -> [Source; 5] {
     use ShaderStage::{Compute, Fragment, Vertex};
     [
         Source {
@@ -33,6 +33,11 @@ fn sources() -> [Source; 4] {
                 ("dmesh-combine.vert", Vertex, "screen_vertex"),
                 ("dmesh-combine.frag", Fragment, "combine_fragment"),
             ],
+        },
+        Source {
+            name: "hybrid_lod",
+            wgsl: hybrid_lod::SHADER.into(),
+            glsl: &[("hybrid_lod.vert", Vertex, "cell_vertex"), ("hybrid_lod.frag", Fragment, "cell_fragment")],
         },
         Source {
             name: "octahedral",

@@ -8,7 +8,7 @@ use super::{
     texture::{Coordinates, Mips, Role},
 };
 use crate::{
-    scene::{Image, Texture, Wrap},
+    scene::{Image, Mesh, Texture, Wrap},
     view::View,
 };
 use glam::{DVec3, Vec3};
@@ -21,6 +21,8 @@ pub struct Shader<'a> {
     /// One for each draw.
     looks: Vec<Look>,
     finishes: bool,
+    /// Of each draw, whether its texture was cast on it by a camera. Empty: none.
+    cast: Vec<bool>,
 }
 
 struct Look {
@@ -102,6 +104,14 @@ impl<'a> Shader<'a> {
         Self::make(geometry, true)
     }
 
+    /// For these objects (indices into [`crate::scene::Scene::objects`]) the base colour's coordinates are projective: they were cast by a camera, from
+    /// which each corner has the depth that is the first number of its second texture coordinates. u·d, v·d and d are interpolated and divided. Parts where one of the depths
+    /// is not above 0 keep affine coordinates.
+    pub fn with_projective(mut self, object: impl Fn(u32) -> bool) -> Self {
+        self.cast = self.geometry.draws().iter().map(|d| object(d.object) && has_depths(&d.mesh)).collect();
+        self
+    }
+
     /// Whether [`Shader::finish`] tells something.
     pub fn has_finishes(&self) -> bool {
         self.finishes
@@ -142,7 +152,7 @@ impl<'a> Shader<'a> {
             metallic_roughness: get(n[3]),
             occlusion: get(n[4]),
         });
-        Self { geometry, looks: looks.collect(), finishes }
+        Self { geometry, looks: looks.collect(), finishes, cast: Vec::new() }
     }
 
     /// What the material does with light where [`Shader::shade`] has its surface; `None` for a shader made by [`Shader::new`].
@@ -166,8 +176,11 @@ impl<'a> Shader<'a> {
         let patch = Patch::new(camera, corners.map(|p| camera.world_to_camera(p)));
         let look = &self.looks[index];
         let colors = (!draw.mesh.colors.is_empty()).then(|| indices.map(|i| draw.mesh.colors[i as usize]));
-        let base = Layer::of(&patch, draw, indices, &draw.material.base_color_texture, &look.base);
-        Facet { draw, look, camera: *camera, indices, corners, patch, colors, base }
+        let depths = self.cast.get(index).is_some_and(|cast| *cast);
+        let depths = depths.then(|| indices.map(|i| f64::from(draw.mesh.uv[1][i as usize][0])));
+        let cast = depths.map_or(patch, |d| patch.projective(d));
+        let base = Layer::of(&cast, draw, indices, &draw.material.base_color_texture, &look.base);
+        Facet { draw, look, camera: *camera, indices, corners, patch, colors, base, depths }
     }
 }
 
@@ -182,6 +195,13 @@ pub(crate) struct Facet<'a> {
     patch: Patch,
     colors: Option<[[f32; 4]; 3]>,
     base: Option<Layer<'a>>,
+    /// Of the corners, from the camera that cast `base`.
+    depths: Option<[f64; 3]>,
+}
+
+/// Whether the second texture coordinates can be depths.
+fn has_depths(mesh: &Mesh) -> bool {
+    mesh.uv[1].len() == mesh.positions.len() && mesh.uv[1].iter().all(|d| d[0] > 0.0 && d[0].is_finite())
 }
 
 /// One texture of a facet.
@@ -269,6 +289,15 @@ impl Facet<'_> {
         }
     }
 
+    /// `w` and `inverse` as [`Patch::projective`] of the depths would give them.
+    #[inline]
+    fn cast(&self, w: [f64; 3], inverse: f64) -> ([f64; 3], f64) {
+        let Some(d) = self.depths else { return (w, inverse) };
+        let w: [f64; 3] = std::array::from_fn(|k| w[k] * d[k]);
+        let over = 1.0 / (w[0] + w[1] + w[2]);
+        (w.map(|w| w * over), inverse * over)
+    }
+
     fn position_at(&self, w: [f64; 3]) -> DVec3 {
         self.corners[0] * w[0] + self.corners[1] * w[1] + self.corners[2] * w[2]
     }
@@ -276,6 +305,7 @@ impl Facet<'_> {
     fn color_at(&self, w: [f64; 3], inverse: f64) -> [f32; 4] {
         let mut c = self.draw.material.base_color;
         if let Some(layer) = &self.base {
+            let (w, inverse) = self.cast(w, inverse);
             let t = layer.sample(w, inverse);
             c = std::array::from_fn(|k| c[k] * t[k]);
         }

@@ -19,9 +19,19 @@ pub struct Drawn<'a> {
 impl<'a> Drawn<'a> {
     /// `geometry` is that of `scene`.
     pub fn new(scene: &Scene, geometry: &'a Geometry) -> Self {
+        Self::shaded(scene, Shader::new(geometry))
+    }
+
+    /// One whose objects of these names show textures that cameras cast on them, see [`Shader::with_projective`].
+    pub fn projective(scene: &Scene, geometry: &'a Geometry, named: impl Fn(&str) -> bool) -> Self {
+        let object = |o: u32| scene.objects.get(o as usize).is_some_and(|o| named(&o.name));
+        Self::shaded(scene, Shader::new(geometry).with_projective(object))
+    }
+
+    fn shaded(scene: &Scene, shader: Shader<'a>) -> Self {
         let parts = || scene.objects.iter().flat_map(|o| &o.parts);
         Self {
-            shader: Shader::new(geometry),
+            shader,
             bounds: scene.bounds(),
             size: Size::of(scene),
             blends: parts().any(|p| p.material.alpha == Alpha::Blend),

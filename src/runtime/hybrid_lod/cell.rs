@@ -7,6 +7,8 @@ use crate::{
         subject::{Subject, Views},
         texture::Textured,
     },
+    raster::Geometry,
+    runtime::SceneStandIn,
     scene::{Image, Material, Mesh, Object, Part, Scene, Texture},
     texture::{Format, TextureArray, ktx2, mip::Level},
 };
@@ -155,6 +157,13 @@ fn mesh(t: &Textured, triangles: Vec<[u32; 3]>, size: [u32; 2], slots: &[crate::
         triangles: triangles.into(),
         ..Mesh::default()
     }
+}
+
+/// What [`cell_scene`] gives, drawn with projective texture coordinates: the twin of shaders/hybrid_lod.wgsl. `geometry` is that of `scene`.
+pub fn cell_stand_in<'a>(scene: &Scene, geometry: &'a Geometry, entry: &Entry) -> SceneStandIn<'a> {
+    SceneStandIn::projective(scene, geometry, |name| {
+        entry.inside.binary_search_by(|inside| inside.as_str().cmp(name)).is_err()
+    })
 }
 
 /// What a program draws in a cell: its stand-ins, and the objects of `original` that are drawn as they are.
