@@ -10,8 +10,8 @@
 //                               it is, two floats: the second is not read
 //
 //   group 0 binding 0  Frame
-//   group 0 binding 1  pages           an sRGB format, one page in each layer; the base level is enough, since pictures were taken about as large as they
-//                                      are seen. Pages have a gutter of 2 texels: coarser levels than the first one beside it mix parts
+//   group 0 binding 1  pages           an sRGB format, a page in each layer; only the base level, as in the KTX2 file: pictures were taken about as large as
+//                                      they are seen, and coarser levels mix parts of a page
 //   group 0 binding 2  smooth_sampler  linear, clamped
 //   group 1 binding 0  Page            of the draw call
 //

@@ -78,7 +78,16 @@ fn a_park_is_baked_and_certified_along_a_walk() {
         ran.contains(&"place 4".into()) && ran.contains(&"levels 1".into()) && ran.contains(&"cell 2".into()),
         "{ran:?}"
     );
-    for file in ["hybrid-lod.json", "cells/2,2.glb", "cells/2,2.ktx2", "cells/2,3.glb", "pictures/worst-psnr.png"] {
+    let shaders = [
+        "hybrid-lod.wgsl",
+        "hybrid-lod.vert",
+        "hybrid-lod.frag",
+        "hybrid-lod.hlsl",
+        "hybrid-lod.metal",
+        "hybrid-lod.spv",
+    ];
+    let others = ["hybrid-lod.json", "cells/2,2.glb", "cells/2,2.ktx2", "cells/2,3.glb", "pictures/worst-psnr.png"];
+    for file in shaders.iter().chain(&others) {
         assert!(folder.path().join("out/hybrid-lod").join(file).is_file(), "{file}");
     }
     let manifest = json(folder.path(), "hybrid-lod.json");

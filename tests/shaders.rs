@@ -35,9 +35,9 @@ fn sources() -> [Source; 5] {
             ],
         },
         Source {
-            name: "hybrid_lod",
+            name: "hybrid-lod",
             wgsl: hybrid_lod::SHADER.into(),
-            glsl: &[("hybrid_lod.vert", Vertex, "cell_vertex"), ("hybrid_lod.frag", Fragment, "cell_fragment")],
+            glsl: &[("hybrid-lod.vert", Vertex, "cell_vertex"), ("hybrid-lod.frag", Fragment, "cell_fragment")],
         },
         Source {
             name: "octahedral",

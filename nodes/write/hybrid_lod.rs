@@ -10,7 +10,8 @@ use crate::{
     ports,
     runtime::{
         BundleFile,
-        hybrid_lod::{MANIFEST, Manifest},
+        hybrid_lod::{MANIFEST, Manifest, SHADERS},
+        shader_files,
     },
     view::HexGrid,
 };
@@ -19,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Writes what a program needs to walk through the cells: the grid, and for each cell its neighbours, the objects that are drawn as they are, its stand-ins and the
-/// sizes of its files. `[files]` publishes the cells' files beside it: `"cells/{name}.glb"` and `"cells/{name}.ktx2"`.
+/// sizes of its files; beside it the shader that draws stand-ins with projective texture coordinates, in WGSL, GLSL, HLSL, Metal and SPIR-V. `[files]` publishes the cells' files beside it: `"cells/{name}.glb"` and `"cells/{name}.ktx2"`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {}
@@ -35,7 +36,7 @@ ports! {
 
 ports! {
     pub struct Out {
-        /// `hybrid-lod.json`.
+        /// `hybrid-lod.json` and the shaders.
         bundle: Arc<Bundle>,
     }
 }
@@ -45,7 +46,7 @@ pub struct HybridLod;
 impl Node for HybridLod {
     const KIND: &'static str = "write";
     const METHOD: &'static str = "hybrid-lod";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -59,6 +60,6 @@ impl Node for HybridLod {
         let manifest = Manifest::new(&inputs.grid, rows);
         let json = serde_json::to_value(&manifest).map_err(|e| NodeError::from_error(&e))?;
         let file = BundleFile { path: MANIFEST.into(), media: "application/json", bytes: json_bytes(&json)? };
-        Ok(Out { bundle: bundle(vec![file])? })
+        Ok(Out { bundle: bundle(std::iter::once(file).chain(shader_files(&SHADERS)).collect())? })
     }
 }

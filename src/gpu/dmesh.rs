@@ -253,8 +253,8 @@ fn reference(model: &Model, i: usize, weight: f64, blending: &Blending) -> Refer
     }
 }
 
-/// The near plane has depth 1 and the far plane 0: floats then resolve depth evenly.
-pub(super) fn frame(view: &View, how: &Rendering, layers: u32) -> Frame {
+/// World to clip space. The near plane has depth 1 and the far plane 0: floats then resolve depth evenly.
+pub(super) fn clip(view: &View) -> DMat4 {
     let (near, far) = (view.near, view.far);
     let (perspective, l, r, b, t) = match view.projection {
         Projection::Perspective { left, right, bottom, top } => (true, left, right, bottom, top),
@@ -277,10 +277,19 @@ pub(super) fn frame(view: &View, how: &Rendering, layers: u32) -> Frame {
             DVec4::W,
         ]
     };
-    let axis = |a: DVec3| a.extend(-a.dot(view.eye));
+    let axis = |a| plane_of(view, a);
     let camera = DMat4::from_cols(axis(view.right), axis(view.up), axis(view.forward), DVec4::W).transpose();
     let [x, y, z, w] = rows;
-    let clip = DMat4::from_cols(x, y, z, w).transpose() * camera;
+    DMat4::from_cols(x, y, z, w).transpose() * camera
+}
+
+/// How far a point (x, y, z, 1) lies along an axis of the camera.
+fn plane_of(view: &View, axis: DVec3) -> DVec4 {
+    axis.extend(-axis.dot(view.eye))
+}
+
+pub(super) fn frame(view: &View, how: &Rendering, layers: u32) -> Frame {
+    let perspective = matches!(view.projection, Projection::Perspective { .. });
     let eye = if perspective { view.eye.extend(1.0) } else { (-view.forward).extend(0.0) };
     let (light, shading, period) = match how.shading {
         Shading::Unlit => (Default::default(), 0, 1.0),
@@ -290,8 +299,8 @@ pub(super) fn frame(view: &View, how: &Rendering, layers: u32) -> Frame {
     let Gloss { strength, exponent } = light.gloss.unwrap_or(Gloss { strength: 0.0, exponent: 1.0 });
     let with = |[r, g, b]: [f32; 3], a: f32| [r, g, b, a];
     Frame {
-        clip: clip.as_mat4().to_cols_array_2d(),
-        depth: axis(view.forward).as_vec4().to_array(),
+        clip: clip(view).as_mat4().to_cols_array_2d(),
+        depth: plane_of(view, view.forward).as_vec4().to_array(),
         eye: eye.as_vec4().to_array(),
         to_sun: light.to_sun.extend(exponent).to_array(),
         sun: with(light.sun, strength),

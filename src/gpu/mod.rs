@@ -13,6 +13,9 @@ mod device;
 mod dmesh;
 #[cfg(test)]
 mod dmesh_tests;
+mod hybrid_lod;
+#[cfg(test)]
+mod hybrid_lod_tests;
 mod machine;
 mod octahedral;
 #[cfg(test)]

@@ -22,4 +22,4 @@ pub mod weights;
 pub mod window;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

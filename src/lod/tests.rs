@@ -72,8 +72,12 @@ impl Case {
     }
 
     fn scene(&self, t: &Textured) -> Scene {
+        self.paged(t, 4096)
+    }
+
+    fn paged(&self, t: &Textured, page: u32) -> Scene {
         let entry = super::entry::Entry { centre: self.grid.cell(2, 2).centre.to_array(), ..Default::default() };
-        cell_files(&entry, &[("a", &self.subject, t)], 4096).unwrap().scene
+        cell_files(&entry, &[("a", &self.subject, t)], page).unwrap().scene
     }
 
     /// What an eye of the cell sees of a scene.
@@ -84,6 +88,12 @@ impl Case {
         let view = View::look_at(eye, target, DVec3::Y, std::f64::consts::FRAC_PI_3, n, n, 0.01, 1e3);
         nearest(&Cpu, &Geometry::new(scene), &view, &Options::default(), &Stop::default()).unwrap()
     }
+}
+
+/// The stand-in of a solid so far from its cell's centre, with atlases of pages that are at most so wide.
+pub(crate) fn stand_ins(name: &str, distance: f32, page: u32) -> Scene {
+    let case = case(name, distance);
+    case.paged(&case.stand_in(&SIMPLIFYING), page)
 }
 
 /// Pixels that are still set when the outer ones are taken off `times` times.

@@ -3,7 +3,7 @@
 
 mod cell;
 #[cfg(test)]
-mod cell_tests;
+pub(crate) mod cell_tests;
 mod manifest;
 pub mod prefetch;
 mod shaders;
