@@ -44,17 +44,17 @@ struct Page {
 struct Fragment {
     @builtin(position) clip: vec4<f32>,
     // u·d, v·d, d: on a plane they are affine functions of the point, u and v are not.
-    @location(0) cast: vec3<f32>,
+    @location(0) ratios: vec3<f32>,
 }
 
 @vertex
 fn cell_vertex(@location(0) position: vec3<f32>, @location(1) uv: vec2<f32>, @location(2) depth: f32) -> Fragment {
-    let cast = vec3<f32>(uv * page.scale, 1.0) * depth;
-    return Fragment(frame.clip * vec4<f32>(position, 1.0), cast);
+    let ratios = vec3<f32>(uv * page.scale, 1.0) * depth;
+    return Fragment(frame.clip * vec4<f32>(position, 1.0), ratios);
 }
 
 @fragment
 fn cell_fragment(in: Fragment) -> @location(0) vec4<f32> {
-    let at = in.cast.xy / in.cast.z;
+    let at = in.ratios.xy / in.ratios.z;
     return vec4<f32>(textureSample(pages, smooth_sampler, at, page.layer).rgb, 1.0);
 }
