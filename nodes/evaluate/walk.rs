@@ -106,7 +106,11 @@ const MEASURES: &[(&str, &str, &str)] = &[
     ("psnr_y_object_db.min", "PSNR of luminance over what is covered, least", "dB"),
     ("missing.avg", "pixels of the original that are missing, mean share", ""),
     ("missing.max", "pixels of the original that are missing, largest share", ""),
-    ("holes.avg_px", "width of the widest hole of a frame at most: where what lies far behind is seen, or nothing, mean", "px"),
+    (
+        "holes.avg_px",
+        "width of the widest hole of a frame at most: where what lies far behind is seen, or nothing, mean",
+        "px",
+    ),
     ("holes.max_px", "width of the widest hole of all frames, at most", "px"),
     ("extra.avg", "pixels beyond the original, mean share", ""),
     ("extra.max", "pixels beyond the original, largest share", ""),
