@@ -247,7 +247,7 @@ fn width(mut mask: Vec<bool>, width: usize) -> u32 {
         // What the frame cuts off goes on.
         let set = |i: Option<usize>| i.and_then(|i| mask.get(i)).is_none_or(|m| *m);
         let inner = |i: usize| {
-            let (left, right) = ((i % width > 0).then(|| i - 1), (i % width + 1 < width).then_some(i + 1));
+            let (left, right) = ((!i.is_multiple_of(width)).then(|| i - 1), (i % width + 1 < width).then_some(i + 1));
             mask[i] && [left, right, i.checked_sub(width), Some(i + width)].into_iter().all(set)
         };
         let next: Vec<bool> = (0..mask.len()).map(inner).collect();
