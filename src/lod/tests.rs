@@ -91,6 +91,7 @@ impl Case {
 }
 
 /// The stand-in of a solid so far from its cell's centre, with atlases of pages that are at most so wide.
+#[cfg(feature = "gpu")]
 pub(crate) fn stand_ins(name: &str, distance: f32, page: u32) -> Scene {
     let case = case(name, distance);
     case.paged(&case.stand_in(&SIMPLIFYING), page)
