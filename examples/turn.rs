@@ -2,8 +2,8 @@
 //!
 //! ORIGINAL is a scene file, BUNDLE the main file of a stand-in (`out/ori/ori.json`), SIZE the pixels along the longer side of the object's projection
 //! (256), STEPS the number of degrees (360). A pixel pops where the stand-in's luminance changes from one frame to the next by 32 of 255 more than the
-//! original's does within a pixel around it. Prints the mean and the greatest share of the object's pixels that pop, and those of frames in which other
-//! maps are drawn than in the one before.
+//! original's does within a pixel around it. Prints the mean and the greatest share of the object's pixels that pop, and those of frames in which
+//! another number of maps is drawn than in the one before.
 
 use farfield::{
     certify::directions::view,
