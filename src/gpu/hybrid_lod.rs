@@ -8,7 +8,7 @@ use super::{
     device::{Buffer, Device, GpuError},
     dmesh,
     machine::Machine,
-    samples::{DEPTH, PICTURE, begin, nearest_wins, resolve, target},
+    samples::{self, DEPTH, PICTURE, begin, resolve, target},
 };
 use crate::{
     math::Stop,
@@ -228,10 +228,6 @@ impl Loaded {
 }
 
 fn pipeline(d: &wgpu::Device, back_faces: bool) -> wgpu::RenderPipeline {
-    let module = d.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("hybrid_lod"),
-        source: wgpu::ShaderSource::Wgsl(SHADER.into()),
-    });
     let attribute = |shader_location, format| [wgpu::VertexAttribute { format, offset: 0, shader_location }];
     // Of the second texture coordinates only the first number is read.
     let attributes = [
@@ -243,30 +239,15 @@ fn pipeline(d: &wgpu::Device, back_faces: bool) -> wgpu::RenderPipeline {
         let step_mode = wgpu::VertexStepMode::Vertex;
         Some(wgpu::VertexBufferLayout { array_stride: *array_stride, step_mode, attributes })
     });
-    d.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("hybrid_lod"),
+    let call = samples::DrawCall {
+        label: "hybrid_lod",
+        wgsl: SHADER,
+        entries: ["cell_vertex", "cell_fragment"],
         layout: None,
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("cell_vertex"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            buffers: &buffers,
-        },
-        primitive: wgpu::PrimitiveState {
-            cull_mode: (!back_faces).then_some(wgpu::Face::Back),
-            ..wgpu::PrimitiveState::default()
-        },
-        depth_stencil: Some(nearest_wins()),
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("cell_fragment"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            targets: &[Some(PICTURE.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+        buffers: &buffers,
+        cull: (!back_faces).then_some(wgpu::Face::Back),
+    };
+    samples::pipeline(d, &call)
 }
 
 /// The pages as layers of one size with their mip levels, which the CPU reads too; beyond a page its last row and column go on.

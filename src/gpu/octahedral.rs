@@ -7,7 +7,7 @@ use super::{
     device::{Device, GpuError},
     dmesh,
     machine::Machine,
-    samples::{DEPTH, PICTURE, begin, nearest_wins, resolve, target},
+    samples::{self, DEPTH, PICTURE, begin, resolve, target},
 };
 use crate::{
     array::Array,
@@ -174,31 +174,9 @@ fn uniforms(model: &Model, view: &View, how: &Rendering) -> (Frame, Impostor) {
 }
 
 fn pipeline(d: &wgpu::Device) -> wgpu::RenderPipeline {
-    let module = d.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("octahedral"),
-        source: wgpu::ShaderSource::Wgsl(SHADER.into()),
-    });
-    d.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("octahedral"),
-        layout: None,
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("card_vertex"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(nearest_wins()),
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("card_fragment"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            targets: &[Some(PICTURE.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+    let entries = ["card_vertex", "card_fragment"];
+    let call = samples::DrawCall { label: "octahedral", wgsl: SHADER, entries, layout: None, buffers: &[], cull: None };
+    samples::pipeline(d, &call)
 }
 
 /// An image of all levels; one texel where there is none.

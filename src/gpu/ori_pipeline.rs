@@ -3,7 +3,7 @@
 use super::{
     device::{Buffer, Device, GpuError},
     ori::{Parts, depth_texels},
-    samples::{PICTURE, nearest_wins},
+    samples,
 };
 use crate::{
     raster::Mips,
@@ -97,10 +97,6 @@ fn array(device: &Device, format: TextureFormat, layers: &[Vec<(u32, Vec<u8>)>])
 
 impl Pipeline {
     pub fn new(d: &wgpu::Device) -> Self {
-        let module = d.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("ori"),
-            source: wgpu::ShaderSource::Wgsl(SHADER.into()),
-        });
         let (both, only) = (ShaderStages::VERTEX_FRAGMENT, ShaderStages::FRAGMENT);
         let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
         let uniform = buffer(wgpu::BufferBindingType::Uniform);
@@ -133,27 +129,15 @@ impl Pipeline {
             bind_group_layouts: &[Some(&layout)],
             ..wgpu::PipelineLayoutDescriptor::default()
         });
-        let pipeline = d.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("ori"),
+        let call = samples::DrawCall {
+            label: "ori",
+            wgsl: SHADER,
+            entries: ["box_vertex", "ori_fragment"],
             layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("box_vertex"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState { cull_mode: Some(wgpu::Face::Front), ..wgpu::PrimitiveState::default() },
-            depth_stencil: Some(nearest_wins()),
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("ori_fragment"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets: &[Some(PICTURE.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
+            buffers: &[],
+            cull: Some(wgpu::Face::Front),
+        };
+        let pipeline = samples::pipeline(d, &call);
         let sampler = d.create_sampler(&wgpu::SamplerDescriptor {
             mag_filter: wgpu::FilterMode::Linear,
             min_filter: wgpu::FilterMode::Linear,

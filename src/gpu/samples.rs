@@ -21,6 +21,45 @@ pub fn nearest_wins() -> wgpu::DepthStencilState {
     }
 }
 
+/// What a shader that draws into [`PICTURE`] and [`DEPTH`] is made of.
+pub struct DrawCall<'a> {
+    pub label: &'a str,
+    pub wgsl: &'a str,
+    /// Entry points of the vertices and the fragments.
+    pub entries: [&'a str; 2],
+    /// That of the shader itself where there is none.
+    pub layout: Option<&'a wgpu::PipelineLayout>,
+    pub buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
+    pub cull: Option<wgpu::Face>,
+}
+
+/// The pipeline in which the nearest fragment wins.
+pub fn pipeline(d: &wgpu::Device, s: &DrawCall) -> wgpu::RenderPipeline {
+    let source = wgpu::ShaderSource::Wgsl(s.wgsl.into());
+    let module = d.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(s.label), source });
+    d.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(s.label),
+        layout: s.layout,
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some(s.entries[0]),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: s.buffers,
+        },
+        primitive: wgpu::PrimitiveState { cull_mode: s.cull, ..wgpu::PrimitiveState::default() },
+        depth_stencil: Some(nearest_wins()),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some(s.entries[1]),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(PICTURE.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
 /// A texture that is drawn into and read back.
 pub fn target(d: &wgpu::Device, format: TextureFormat, [width, height]: [u32; 2]) -> wgpu::Texture {
     d.create_texture(&wgpu::TextureDescriptor {
