@@ -30,6 +30,7 @@ kinds! {
         classify_occlusion::ClassifyOcclusion,
         classify_points::ClassifyPoints,
         collide_sprites::CollideSprites,
+        cull_occluded::CullOccluded,
         depth_mesh::DepthMesh,
         draw_sprites::DrawSprites,
         field_scene::FieldScene,

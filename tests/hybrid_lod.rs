@@ -44,7 +44,12 @@ const PLACES: [(&str, f64, f64); 4] = [("a", 0.0, 0.0), ("b", 28.0, 60.0), ("c",
 
 /// A small bake with these changes: exit code, the names of the nodes that ran and how often, what was said.
 fn bake(folder: &Path, arguments: &[&str]) -> (i32, Vec<String>, String) {
-    let mut command = support::command(folder, "hybrid-lod");
+    bake_of(folder, "hybrid-lod", arguments)
+}
+
+/// The same of another pipeline.
+fn bake_of(folder: &Path, pipeline: &str, arguments: &[&str]) -> (i32, Vec<String>, String) {
+    let mut command = support::command(folder, pipeline);
     let small = ["scene=park.toml", "size=8", "resolution=128", "views=6", "path=[]", "cells.cells=[\"2,2\",\"2,3\"]"];
     for set in small {
         if !arguments.iter().any(|a| a.split('=').next() == set.split('=').next()) {
@@ -54,7 +59,7 @@ fn bake(folder: &Path, arguments: &[&str]) -> (i32, Vec<String>, String) {
     for argument in arguments {
         command.args(if argument.starts_with("--") { vec![*argument] } else { vec!["--set", argument] });
     }
-    support::outcome(command, folder, "hybrid-lod")
+    support::outcome(command, folder, pipeline)
 }
 
 /// How often a node ran.
@@ -173,6 +178,36 @@ fn objects_in_a_cell_are_drawn_as_they_are() {
     assert_eq!((cell["inside"].as_array().unwrap().len(), cell["stand_ins"].as_array().unwrap().len()), (1, 0));
     let c = json(folder.path(), "certificate.json");
     assert_eq!(c["psnr_y_db"]["min"].as_f64(), Some(100.0), "{c}");
+}
+
+#[test]
+fn objects_behind_a_wall_have_no_stand_in() {
+    let folder = park(&PLACES);
+    let wall = "v 44 0 -40\nv 44 30 -40\nv 44 30 100\nv 44 0 100\nf 1 2 3 4\n";
+    std::fs::write(folder.path().join("wall.obj"), wall).unwrap();
+    let mut text = std::fs::read_to_string(folder.path().join("park.toml")).unwrap();
+    text += "[[place]]\nfile = \"wall.obj\"\nname = \"wall\"\n";
+    std::fs::write(folder.path().join("park.toml"), text).unwrap();
+    let arguments = ["cells.heights=[1.5,1.8]", "cells.cells=[\"2,3\",\"2,4\"]", "evaluate.path=[[22,2],[22,14]]"];
+    let objects = |pipeline: &str| {
+        let (code, _, text) = bake_of(folder.path(), pipeline, &arguments);
+        assert_eq!(code, 0, "{text}");
+        let file = |name: &str| -> Value {
+            let path = folder.path().join("out").join(pipeline).join(name);
+            serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+        };
+        let cell = &file("hybrid-lod.json")["cells"][0];
+        let stand_ins = cell["stand_ins"].as_array().unwrap().iter();
+        let names: Vec<String> =
+            stand_ins.flat_map(|s| s["objects"].as_array().unwrap()).map(|n| n.as_str().unwrap().into()).collect();
+        (names, file("certificate.json")["missing"].clone())
+    };
+    let (all, missing) = objects("hybrid-lod");
+    let (seen, same) = objects("hybrid-lod-culled");
+    assert!(all.contains(&"c".into()) && all.contains(&"d".into()), "{all:?}");
+    assert!(!seen.contains(&"c".into()) && !seen.contains(&"d".into()), "{seen:?}");
+    assert!(seen.contains(&"a".into()), "{seen:?}");
+    assert_eq!(missing, same);
 }
 
 #[test]

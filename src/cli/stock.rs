@@ -7,6 +7,7 @@ pub const STOCK: &[Stock] = &[
     ("dmesh", include_str!("../../pipelines/dmesh.toml")),
     ("dmesh-relit", include_str!("../../pipelines/dmesh-relit.toml")),
     ("hybrid-lod", include_str!("../../pipelines/hybrid-lod.toml")),
+    ("hybrid-lod-culled", include_str!("../../pipelines/hybrid-lod-culled.toml")),
     ("ori", include_str!("../../pipelines/ori.toml")),
     ("ori-tree", include_str!("../../pipelines/ori-tree.toml")),
     ("octahedral", include_str!("../../pipelines/octahedral.toml")),

@@ -9,6 +9,7 @@ pub mod collapse;
 pub mod entry;
 pub mod faces;
 pub mod levels;
+pub mod occluder;
 pub mod occlusion;
 pub mod outline;
 pub mod parallax;
@@ -18,8 +19,11 @@ pub mod render;
 pub mod simplified;
 pub mod subject;
 pub mod texture;
+pub mod umbra;
 pub mod weights;
 pub mod window;
 
 #[cfg(test)]
 pub(crate) mod tests;
+#[cfg(test)]
+mod umbra_tests;
