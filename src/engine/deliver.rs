@@ -30,6 +30,9 @@ use std::{
 /// The folder of results that missed a bound, below the pipeline's.
 const REJECTED: &str = "rejected";
 
+/// Bytes of new files that are held between their hash and their place.
+const HELD: usize = 32 << 20;
+
 /// What the nodes came to.
 pub struct Baked {
     pub record: BakeRecord,
@@ -102,14 +105,19 @@ pub fn publish_all(
         return Err(EngineError::publish(Path::new(&*b), format!("it collides with `{a}`")));
     }
     let mut wanted = Vec::new();
-    let mut loaded: BTreeMap<usize, Vec<u8>> = BTreeMap::new();
+    // Files pass one by one: all hashes must be known before the first is written, so what was read for its hash is read again, unless it is
+    // small.
+    let (mut loaded, mut bytes_loaded): (BTreeMap<usize, Vec<u8>>, usize) = (BTreeMap::new(), 0);
     for (at, out) in files.iter().enumerate() {
         let (file, size) = match out.known {
             Some(known) => known,
             None => {
                 let bytes = out.bytes(schedule)?;
                 let known = (Digest::of(&bytes), bytes.len() as u64);
-                loaded.insert(at, bytes);
+                if bytes_loaded + bytes.len() <= HELD {
+                    bytes_loaded += bytes.len();
+                    loaded.insert(at, bytes);
+                }
                 known
             }
         };

@@ -193,17 +193,24 @@ impl RunRecord {
 }
 
 impl MapRecord {
-    /// The bytes of the record under `key`.
-    pub fn to_bytes(&self, key: &Digest) -> Vec<u8> {
+    /// The bytes of the record under `key`. `rows`: name, key and outputs of each, sorted by name.
+    pub fn write<'a>(
+        key: &Digest,
+        fixed: Digest,
+        inputs: &[Digest],
+        rows: impl ExactSizeIterator<Item = (&'a str, Digest, &'a [PortOut])>,
+        warnings: &[(String, String)],
+    ) -> Vec<u8> {
         let mut w = Writer::default();
-        w.digest(&self.fixed);
-        w.list(&self.inputs, Writer::digest);
-        w.list(&self.rows, |w, row| {
-            w.str(&row.name);
-            w.digest(&row.key);
-            w.list(&row.outputs, put_out);
-        });
-        put_pairs(&mut w, &self.warnings);
+        w.digest(&fixed);
+        w.list(inputs, Writer::digest);
+        w.u32(rows.len() as u32);
+        for (name, key, outputs) in rows {
+            w.str(name);
+            w.digest(&key);
+            w.list(outputs, put_out);
+        }
+        put_pairs(&mut w, warnings);
         w.seal(&RecordPlace::Map { key })
     }
 

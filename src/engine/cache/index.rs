@@ -188,8 +188,9 @@ fn set_up(db: &Connection) -> rusqlite::Result<()> {
     db.set_prepared_statement_cache_capacity(64);
     db.pragma_update(None, "cell_size_check", true)?;
     db.pragma_update(None, "temp_store", "MEMORY")?;
-    db.pragma_update(None, "cache_size", -32_000)?;
-    db.pragma_update(None, "mmap_size", 256 << 20)
+    // What a process takes for an index of any size.
+    db.pragma_update(None, "cache_size", -16_000)?;
+    db.pragma_update(None, "mmap_size", 32 << 20)
 }
 
 /// Whether the file has our tables and no others.

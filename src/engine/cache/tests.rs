@@ -21,6 +21,11 @@ struct Known {
 const PIPELINE: &str = "test";
 const FOLDER: &str = "/out/test";
 
+fn map_bytes(key: &Digest, map: &MapRecord) -> Vec<u8> {
+    let rows = map.rows.iter().map(|r| (&*r.name, r.key, &r.outputs[..]));
+    MapRecord::write(key, map.fixed, &map.inputs, rows, &map.warnings)
+}
+
 fn hash(n: u8) -> Digest {
     Digest::of(&[n])
 }
@@ -59,7 +64,7 @@ fn fill(root: &Path) -> Known {
         cache.put_run(key, Arc::new(run.clone()), vec![new], None).unwrap();
         let row = MapRow { name: "n".to_owned(), key, outputs: vec![out()] };
         let map = MapRecord { fixed: hash(50), inputs: Vec::new(), rows: vec![row], warnings: Vec::new() };
-        cache.put_map(hash(20 + i), &map).unwrap();
+        cache.put_map(hash(20 + i), map_bytes(&hash(20 + i), &map)).unwrap();
         let fields = vec![("parameter a".to_owned(), i.to_string())];
         cache.put_fixed(hash(50 + i), || fields.clone());
         let trace = NodeTrace {
@@ -132,7 +137,8 @@ fn read_and_write(root: &Path, known: &Known, place: &str) -> Result<usize, Engi
     cache.set_aside(&known.values[0])?;
     let new = NewValue { hash: known.values[0], place: Place::Inline(vec![100]) };
     cache.put_run(*key, Arc::new(run.clone()), vec![new], None)?;
-    cache.put_map(known.maps[0].0, &known.maps[0].1)?;
+    let (key, map) = &known.maps[0];
+    cache.put_map(*key, map_bytes(key, map))?;
     cache.put_fixed(known.fixed[0].0, || known.fixed[0].1.clone());
     cache.put_bake(PIPELINE, FOLDER, &known.bakes[0])?;
     cache.flush()?;

@@ -1,11 +1,7 @@
 //! What a bake writes to the index: gathered, and written in transactions of many.
 
 use super::{Cache, Fields, NOT_KEPT, Stored, fields_to_bytes, files::Remembered, index, lock::KeyLock, seconds};
-use crate::engine::{
-    error::EngineError,
-    hash::Digest,
-    record::{MapRecord, RunRecord},
-};
+use crate::engine::{error::EngineError, hash::Digest, record::RunRecord};
 use rusqlite::{
     params,
     types::{ToSqlOutput, ValueRef},
@@ -115,7 +111,8 @@ impl Cache {
                 Place::NotKept => (0, Stored::NotKept),
             };
             let kept = !matches!(stored, Stored::NotKept);
-            if kept {
+            // Only files are checked when they are read.
+            if matches!(stored, Stored::File) {
                 self.verified.insert(v.hash);
             }
             if self.indexed.contains(&v.hash) || !kept && self.pending.values.contains_key(&v.hash) {
@@ -128,8 +125,9 @@ impl Cache {
         self.wrote()
     }
 
-    pub fn put_map(&mut self, key: Digest, record: &MapRecord) -> Result<(), EngineError> {
-        self.pending.maps.push((key, record.to_bytes(&key)));
+    /// Stores what [`MapRecord::write`](crate::engine::record::MapRecord::write) gave.
+    pub fn put_map(&mut self, key: Digest, record: Vec<u8>) -> Result<(), EngineError> {
+        self.pending.maps.push((key, record));
         self.wrote()
     }
 

@@ -223,7 +223,7 @@ impl Schedule<'_> {
         let near = before.get(hint).filter(|r| *r.name == *name);
         let old = near.or_else(|| before.binary_search_by(|r| (*r.name).cmp(&*name)).ok().map(|i| &before[i]));
         if let Some(row) = old.filter(|r| r.key == key) {
-            let run = Run::hit(name, key, row.outputs.clone());
+            let run = Run::hit(name, key, &row.outputs);
             let id = self.add_run(n, run);
             self.let_go(id);
             self.arrived(id)?;
@@ -234,12 +234,9 @@ impl Schedule<'_> {
             self.cache.touch_run(key);
         }
         let (state, cause) = self.judge(n, &key, found.is_some());
-        let mut run = Run::new(name, key, state, cause);
-        if let Some((_, record)) = &found {
-            self.nodes[n].reads |= !record.reads.is_empty();
-            (run.outputs, run.warnings) = (record.outputs.clone(), record.warnings.clone());
-        }
-        let id = self.add_run(n, run);
+        let record = found.as_ref().map(|(_, record)| &**record);
+        self.nodes[n].reads |= record.is_some_and(|r| !r.reads.is_empty());
+        let id = self.add_found(n, Run::new(name, key, state, cause), record);
         match state {
             State::Hit => {
                 self.let_go(id);

@@ -98,11 +98,7 @@ impl Schedule<'_> {
             node.variant = *variant;
             node.reads = !record.reads.is_empty();
         }
-        let mut run = Run::new("".into(), key, state, cause);
-        if let Some((_, record)) = found {
-            (run.outputs, run.warnings) = (record.outputs.clone(), record.warnings.clone());
-        }
-        let id = self.add_run(n, run);
+        let id = self.add_found(n, Run::new("".into(), key, state, cause), found.as_ref().map(|(_, record)| &**record));
         if state == State::Ready && !self.options.dry_run {
             self.bind(n)?;
             self.nodes[n].pending += 1;
@@ -174,6 +170,17 @@ impl Schedule<'_> {
         (word as f64 / u64::MAX as f64) < self.options.audit
     }
 
+    /// Adds a run with its record, if one was found.
+    pub(super) fn add_found(&mut self, n: usize, mut run: Run, record: Option<&RunRecord>) -> RunId {
+        if let Some(record) = record {
+            run.outputs = (&*record.outputs).into();
+            if !record.warnings.is_empty() {
+                self.nodes[n].warned.insert(run.name.clone(), record.warnings.clone());
+            }
+        }
+        self.add_run(n, run)
+    }
+
     pub(super) fn add_run(&mut self, n: usize, run: Run) -> RunId {
         let node = &mut self.nodes[n];
         match run.state {
@@ -184,7 +191,7 @@ impl Schedule<'_> {
         }
         node.largest = node.largest.max(size_of(&run.outputs));
         if node.flows {
-            node.by_name.insert(run.name.clone(), node.runs.len());
+            node.by_name.insert(run.name.clone(), node.runs.len() as u32);
         }
         node.runs.push(run);
         let id = RunId { node: n, run: node.runs.len() - 1 };

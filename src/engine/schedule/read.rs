@@ -121,14 +121,14 @@ impl Schedule<'_> {
                 });
             }
             let key = self.nodes[n].key;
-            self.add_run(n, Run::hit("".into(), key, outputs));
+            self.add_run(n, Run::hit("".into(), key, &outputs));
         } else {
             let key = self.nodes[n].key;
             let name = self.name(n);
             let gone = || EngineError::Again(format!("the cache no longer holds the map of {name}"));
             let record: MapRecord = self.cache.map(&key)?.ok_or_else(gone)?;
             for row in record.rows {
-                self.add_run(n, Run::hit(row.name.into(), row.key, row.outputs));
+                self.add_run(n, Run::hit(row.name.into(), row.key, &row.outputs));
             }
         }
         self.nodes[n].hits = hits;

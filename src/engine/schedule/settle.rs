@@ -13,7 +13,7 @@ use crate::engine::{
     key::{self, SourceKey},
     node::Data,
     plan::{NodeId, OutputRef},
-    record::{MapRecord, MapRow, NodeTrace, RunRecord, TraceOut},
+    record::{MapRecord, NodeTrace, RunRecord, TraceOut},
     report::{Failure, Forecast},
     source,
     value::{JOIN, ValueRef, shown},
@@ -54,8 +54,7 @@ impl Schedule<'_> {
                     let run = self.run_mut(follower);
                     let same = run.cause == Cause::Missing && run.key == key;
                     if same && !self.nodes[id.node].reads {
-                        let run = self.run_mut(follower);
-                        (run.outputs, run.warnings) = (outputs.clone(), warnings.clone());
+                        self.nodes[follower.node].note_result(follower.run, &outputs, &warnings);
                         self.settled(follower, State::Hit)?;
                     } else {
                         self.again(follower);
@@ -116,10 +115,9 @@ impl Schedule<'_> {
         };
         let run = &mut self.nodes[n].runs[id.run];
         let (cause, key, lock) = (run.cause, run.key, run.busy().lock.take());
-        let expected = std::mem::replace(&mut run.outputs, made.outputs.clone());
-        run.warnings = made.warnings.clone();
-        let size = size_of(&run.outputs);
-        self.nodes[n].largest = self.nodes[n].largest.max(size);
+        let expected = std::mem::take(&mut run.outputs);
+        self.nodes[n].note_result(id.run, &made.outputs, &made.warnings);
+        self.nodes[n].largest = self.nodes[n].largest.max(size_of(&made.outputs));
         let record = RunRecord {
             fixed: self.nodes[n].fixed,
             inputs,
@@ -130,7 +128,7 @@ impl Schedule<'_> {
         };
         let (variant, reads) = (record.variant(), !record.reads.is_empty());
         self.files_read.extend(source::files(&record.reads, &self.nodes[n].roots));
-        let changed = expected != record.outputs;
+        let changed = *expected != *record.outputs;
         if cause == Cause::Audit {
             self.audit.compare(&expected, &record.outputs, &made.values, self.cache)?;
         }
@@ -327,17 +325,13 @@ impl Schedule<'_> {
         if known && node.ran == 0 {
             self.cache.touch_map(key);
         } else {
-            let rows = node.runs.iter();
-            let rows = rows.map(|r| MapRow { name: r.name.to_string(), key: r.key, outputs: r.outputs.clone() });
-            let record = MapRecord {
-                fixed,
-                inputs: node.inputs.iter().map(|h| h.unwrap_or_default()).collect(),
-                rows: rows.collect(),
-                warnings: node.warnings.clone(),
-            };
+            let inputs: Vec<Digest> = node.inputs.iter().map(|h| h.unwrap_or_default()).collect();
+            // From the runs as they are: a copy of many would cost as much as they.
+            let rows = node.runs.iter().map(|r| (&*r.name, r.key, &*r.outputs));
+            let record = MapRecord::write(&key, fixed, &inputs, rows, &node.warnings);
             let keys = &self.nodes[n].source_keys;
             self.cache.put_fixed(fixed, || key::explain(plan.kind.spec(), plan.params.json(), keys));
-            self.cache.put_map(key, &record)?;
+            self.cache.put_map(key, record)?;
         }
         if self.cache.is_writable() {
             self.nodes[n].runs = Vec::new();
@@ -420,8 +414,10 @@ impl NodeState {
     fn collect(&mut self, plan: &crate::engine::plan::PlanNode, ports: usize) {
         let good = self.runs.iter().filter(|r| matches!(r.state, State::Hit | State::Ran));
         self.outputs = tables(ports, good.map(|r| (r.name.clone(), &r.outputs[..])));
+        for (name, texts) in &self.warned {
+            self.warnings.extend(texts.iter().map(|text| (shown(name), text.clone())));
+        }
         for run in &self.runs {
-            self.warnings.extend(run.warnings.iter().map(|w| (shown(&run.name), w.clone())));
             if matches!(run.state, State::Failed | State::Skipped) {
                 let parts = run.name.split(JOIN).map(str::to_owned);
                 self.broken.push(plan.axes.iter().copied().zip(parts).collect());

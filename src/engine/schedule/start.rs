@@ -118,8 +118,7 @@ impl Schedule<'_> {
         {
             self.cache.touch_run(key);
             self.note_reads(id, variant, !record.reads.is_empty());
-            let run = self.run_mut(id);
-            (run.outputs, run.warnings) = (record.outputs.clone(), record.warnings.clone());
+            self.nodes[id.node].note_result(id.run, &record.outputs, &record.warnings);
             self.settled(id, State::Hit)?;
             return Ok(false);
         }

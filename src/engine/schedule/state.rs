@@ -87,13 +87,13 @@ pub(super) enum Cause {
     Remade,
 }
 
+/// What a node knows of each of its elements, of which there may be many: small.
 pub(super) struct Run {
     pub name: Arc<str>,
     pub key: Digest,
     pub state: State,
     pub cause: Cause,
-    pub outputs: Vec<PortOut>,
-    pub warnings: Vec<String>,
+    pub outputs: Box<[PortOut]>,
     /// Only between its start, or the wish for it, and its end.
     busy: Option<Box<Busy>>,
 }
@@ -113,12 +113,12 @@ pub(super) struct Busy {
 
 impl Run {
     pub fn new(name: Arc<str>, key: Digest, state: State, cause: Cause) -> Self {
-        Self { name, key, state, cause, outputs: Vec::new(), warnings: Vec::new(), busy: None }
+        Self { name, key, state, cause, outputs: Box::default(), busy: None }
     }
 
     /// One whose result is known.
-    pub fn hit(name: Arc<str>, key: Digest, outputs: Vec<PortOut>) -> Self {
-        Self { outputs, ..Self::new(name, key, State::Hit, Cause::Missing) }
+    pub fn hit(name: Arc<str>, key: Digest, outputs: &[PortOut]) -> Self {
+        Self { outputs: outputs.into(), ..Self::new(name, key, State::Hit, Cause::Missing) }
     }
 
     pub fn busy(&mut self) -> &mut Busy {
@@ -208,7 +208,9 @@ pub(super) struct NodeState {
     /// Sorted by name where the node does not flow.
     pub runs: Vec<Run>,
     /// Numbers of runs by name, where they come in any order.
-    pub by_name: BTreeMap<Arc<str>, usize>,
+    pub by_name: BTreeMap<Arc<str>, u32>,
+    /// What runs warned of, by name.
+    pub warned: BTreeMap<Arc<str>, Vec<String>>,
     pub binding: Option<Binding>,
     /// Runs not settled.
     pub pending: usize,
@@ -228,9 +230,20 @@ impl NodeState {
     /// The number of the run of an element.
     pub fn run_of(&self, name: &str) -> Option<usize> {
         if self.flows {
-            return self.by_name.get(name).copied();
+            return self.by_name.get(name).map(|at| *at as usize);
         }
         self.runs.binary_search_by(|run| (*run.name).cmp(name)).ok()
+    }
+
+    /// Notes the result of a run, which is new or found.
+    pub fn note_result(&mut self, run: usize, outputs: &[PortOut], warnings: &[String]) {
+        let run = &mut self.runs[run];
+        run.outputs = outputs.into();
+        if warnings.is_empty() {
+            self.warned.remove(&run.name);
+        } else {
+            self.warned.insert(run.name.clone(), warnings.to_vec());
+        }
     }
 
     /// Puts the runs of a node that has come to its end into the order of their names.
@@ -258,7 +271,7 @@ impl NodeState {
         let all = prefix.is_empty();
         if self.flows {
             let to = if all { Bound::Unbounded } else { Bound::Excluded(&*end) };
-            return Box::new(self.by_name.range::<str, _>((Bound::Included(prefix), to)).map(|(_, at)| *at));
+            return Box::new(self.by_name.range::<str, _>((Bound::Included(prefix), to)).map(|(_, at)| *at as usize));
         }
         let first = self.runs.partition_point(|run| &*run.name < prefix);
         let last = if all { self.runs.len() } else { self.runs.partition_point(|run| *run.name < *end) };
