@@ -52,9 +52,17 @@ pub fn of(registry: &Registry) -> Value {
             "params": { "type": "object", "description": "Knobs: nodes refer to them as \"{name}\", `--set name=value` changes them." },
             "nodes": { "type": "object", "additionalProperties": or_removed(json!({
                 "type": "object",
-                "properties": { "kind": { "type": "string", "enum": names } },
+                "properties": {
+                    "kind": { "type": "string", "enum": names },
+                    "pipeline": text("A stock pipeline, or a file, that stands in the node's place; the other keys are its inputs and knobs.")
+                },
                 "allOf": kinds
             })) },
+            "inputs": { "type": "object", "description": "Values that a parent pipeline may plug in.",
+                "additionalProperties": or_removed(json!({
+                    "type": "object", "additionalProperties": false, "required": ["type"],
+                    "properties": { "type": text("The type of the values, such as Scene."), "default": reference.clone() }
+                })) },
             "outputs": { "type": "object", "description": "Values that a parent pipeline can use.",
                 "additionalProperties": or_removed(reference.clone()) },
             "files": { "type": "object", "description": "Path below `out/NAME/` to an output of type File; {name} stands for an element's name.",

@@ -4,6 +4,7 @@ mod bundle;
 mod cards;
 pub mod dmesh;
 pub mod hybrid_lod;
+pub mod mix;
 pub mod octahedral;
 mod open;
 pub mod ori;

@@ -2,7 +2,9 @@
 
 use super::{
     SceneStandIn, StandIn,
+    bundle::inside,
     dmesh::{self, DmeshError, DmeshStandIn, Meshes, Model},
+    mix::{self, MixStandIn},
     octahedral::{self, OctahedralError, OctahedralStandIn},
     ori::{self, OriError, OriStandIn, TreeStandIn},
     sprite::SpriteStandIn,
@@ -30,6 +32,8 @@ pub enum Opened {
     Octahedral(Box<OctahedralStandIn>),
     /// A depth sprite.
     Sprite(Box<SpriteStandIn>),
+    /// Several stand-ins that are drawn together.
+    Mix(Vec<Opened>),
 }
 
 /// Depth-meshes, ready to be drawn.
@@ -60,6 +64,13 @@ pub enum OpenError {
 /// # Errors
 /// Where a file is missing, damaged, or of a format that is not known.
 pub fn open(main: &Path, files: &(dyn Files + Sync), limits: &Limits) -> Result<Opened, OpenError> {
+    open_within(main, files, limits, MIXES)
+}
+
+/// Mixes of mixes, at most.
+const MIXES: u32 = 8;
+
+fn open_within(main: &Path, files: &(dyn Files + Sync), limits: &Limits, mixes: u32) -> Result<Opened, OpenError> {
     let bytes = files.read(main)?.ok_or_else(|| FormatError::Missing { file: main.to_owned() })?;
     let data: &[u8] = (*bytes).as_ref();
     if data.starts_with(b"glTF") {
@@ -91,9 +102,19 @@ pub fn open(main: &Path, files: &(dyn Files + Sync), limits: &Limits) -> Result<
             Ok(Opened::Octahedral(Box::new(OctahedralStandIn::new(model))))
         }
         Some(SPRITE_FORMAT) => Ok(Opened::Sprite(Box::new(SpriteStandIn::read(main, &manifest, files)?))),
+        Some(mix::FORMAT) if mixes == 0 => Err(unknown(format!("it is a mix below {MIXES} others"))),
+        Some(mix::FORMAT) => {
+            let part = |part: mix::Part| {
+                let main = inside(folder, &part.main).map_err(unknown)?;
+                open_within(&main, files, limits, mixes - 1)
+            };
+            let parts = mix::Manifest::read(main, data)?.parts;
+            Ok(Opened::Mix(parts.into_iter().map(part).collect::<Result<_, _>>()?))
+        }
         Some(other) => Err(unknown(format!(
-            "the format `{other}` is not known; expected `{}`, `{}`, `{}`, `{}` or `{SPRITE_FORMAT}`",
+            "the format `{other}` is not known; expected `{}`, `{}`, `{}`, `{}`, `{}` or `{SPRITE_FORMAT}`",
             dmesh::FORMAT,
+            mix::FORMAT,
             octahedral::FORMAT,
             ori::FORMAT,
             ori::TREE_FORMAT
@@ -111,6 +132,11 @@ impl Opened {
             Self::Ori(ori) => vec![("", Box::new(&**ori))],
             Self::Octahedral(impostor) => vec![("", Box::new(&**impostor))],
             Self::Sprite(sprite) => vec![("", Box::new(&**sprite))],
+            Self::Mix(parts) => {
+                // Each as it is usually drawn.
+                let usual = parts.iter().filter_map(|part| part.modes().into_iter().next());
+                vec![("", Box::new(MixStandIn { parts: usual.map(|mode| mode.1).collect() }))]
+            }
             Self::Dmesh(dmesh) => {
                 let mut modes: Vec<(&'static str, Box<dyn StandIn + '_>)> = vec![("static", Box::new(&dmesh.fixed))];
                 if let Some(per_view) = &dmesh.per_view {

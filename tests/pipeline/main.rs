@@ -6,6 +6,7 @@ mod fuzz;
 mod incremental;
 mod kinds;
 mod meaning;
+mod parts;
 mod stock;
 
 use farfield::engine::{
@@ -14,7 +15,40 @@ use farfield::engine::{
 };
 
 /// Pipelines that cases are based on.
-const STOCK: &[Stock] = &[("stock", include_str!("stock.toml"))];
+const STOCK: &[Stock] = &[
+    ("stock", include_str!("stock.toml")),
+    ("part", include_str!("part.toml")),
+    ("both", BOTH),
+    ("bare", "[nodes.load]\nkind = \"load-scene\"\npath = \"builtin:city\"\n"),
+    ("gather", GATHER),
+    ("through", "[inputs]\nmeshes = { type = \"Mesh\" }\n[outputs]\nmeshes = \"meshes\"\n"),
+    ("first", "[nodes.a]\npipeline = \"second\"\n"),
+    ("second", "[nodes.a]\npipeline = \"first\"\n"),
+    ("many0", "[nodes.a]\npipeline = \"many1\"\n[nodes.b]\npipeline = \"many1\"\n"),
+    ("many1", "[nodes.a]\npipeline = \"many2\"\n[nodes.b]\npipeline = \"many2\"\n"),
+    ("many2", "[nodes.a]\npipeline = \"many3\"\n[nodes.b]\npipeline = \"many3\"\n"),
+    ("many3", "[nodes.a]\npipeline = \"many4\"\n[nodes.b]\npipeline = \"many4\"\n"),
+    ("many4", "[nodes.a]\npipeline = \"many5\"\n[nodes.b]\npipeline = \"many5\"\n"),
+    ("many5", "[nodes.a]\npipeline = \"many6\"\n[nodes.b]\npipeline = \"many6\"\n"),
+    ("many6", "[nodes.a]\npipeline = \"many7\"\n[nodes.b]\npipeline = \"many7\"\n"),
+    ("many7", "[nodes.a]\npipeline = \"many8\"\n[nodes.b]\npipeline = \"many8\"\n"),
+    ("many8", "[nodes.a]\npipeline = \"many9\"\n[nodes.b]\npipeline = \"many9\"\n"),
+    ("many9", "[nodes.load]\nkind = \"load-scene\"\npath = \"builtin:city\"\n"),
+];
+
+/// A pipeline of two parts.
+const BOTH: &str = "
+    [params]\nfactor = 1
+    [inputs]\nscene = { type = \"Scene\" }
+    [nodes.x]\npipeline = \"part\"\nscene = \"scene\"\nfactor = \"{factor}\"
+    [nodes.y]\npipeline = \"part\"\nscene = \"scene\"\nfactor = 8
+    [outputs]\nmeshes = \"x.meshes\"\nglb = \"y.glb\"\n";
+
+/// One that gathers what is plugged in.
+const GATHER: &str = "
+    [inputs]\nmeshes = { type = \"Mesh\" }
+    [nodes.write]\nkind = \"write-glb\"\nmeshes = \"meshes\"
+    [outputs]\nglb = \"write\"\n";
 
 /// Checks `text` as the file `test.toml` in a folder that holds `town.glb`.
 fn check(text: &str, set: &[&str]) -> Result<Plan, Problems> {

@@ -140,6 +140,11 @@ fn per(
         let help = format!("the axes of its list ports are {}", suggest::list(names.iter().map(String::as_str)));
         problems.push(Problem::at(*place, message, "not one of its axes").help(help));
     }
+    // What a part's parent says holds for those of its nodes that have such lists.
+    for (text, place) in links.per_above(at) {
+        let axis = links.find(text, place, "`per`", &mut Vec::new());
+        axes.extend(axis.filter(|axis| lists().any(|(_, of_port)| of_port.contains(axis)) && !axes.contains(axis)));
+    }
     axes
 }
 

@@ -8,6 +8,7 @@ use super::{
     item::{Item, Items, references, valid_name, what},
     problem::Problem,
     read::{Argument, Layer},
+    scope::Part,
     source::TextSpan,
 };
 use crate::engine::suggest;
@@ -30,21 +31,34 @@ pub struct DraftNode<'s> {
     pub inherited: Vec<&'s str>,
 }
 
+/// A node that stands for a part.
+pub struct Host<'s> {
+    pub node: DraftNode<'s>,
+    /// The part's number; `None` where it was not found, which is reported.
+    pub part: Option<usize>,
+}
+
 /// The merged layers, sections checked, contents not.
 #[derive(Default)]
 pub struct Draft<'s> {
     pub name: Option<Item<'s>>,
     pub knobs: Items<'s>,
     pub nodes: BTreeMap<&'s str, DraftNode<'s>>,
+    /// `[inputs]`, until the draft is joined with those of its parts.
+    pub inputs: Items<'s>,
     pub outputs: Items<'s>,
     pub files: Items<'s>,
+    /// The pipeline itself, whose knobs and outputs are those above, and its parts.
+    pub parts: Vec<Part<'s>>,
+    /// Nodes that stand for parts.
+    pub hosts: BTreeMap<&'s str, Host<'s>>,
     /// Knobs that only overruled values refer to.
     pub overruled: Vec<&'s str>,
     /// Per node, its requirements by path.
     pub require: BTreeMap<&'s str, (TextSpan, Items<'s>)>,
 }
 
-const SECTIONS: [&str; 6] = ["pipeline", "params", "nodes", "outputs", "files", "require"];
+const SECTIONS: [&str; 7] = ["pipeline", "params", "inputs", "nodes", "outputs", "files", "require"];
 
 /// Merges `layers`, the base-most first.
 pub fn merge<'s>(layers: &'s [Layer<'s>], problems: &mut Vec<Problem>) -> Draft<'s> {
@@ -59,10 +73,7 @@ pub fn merge<'s>(layers: &'s [Layer<'s>], problems: &mut Vec<Problem>) -> Draft<
                 "outputs" => overlay(&mut draft.outputs, item, "outputs", "name = \"node.output\"", rank, problems),
                 "files" => overlay(&mut draft.files, item, "files", "\"path\" = \"node.output\"", rank, problems),
                 "require" => require(&mut draft, item, rank, problems),
-                "inputs" => problems.push(
-                    Problem::at(item.key, "`[inputs]` is not supported yet", "what a parent pipeline plugs in")
-                        .help("until pipelines can be parts of others, feed the node through a knob in [params]"),
-                ),
+                "inputs" => overlay(&mut draft.inputs, item, "inputs", "name = { type = \"Scene\" }", rank, problems),
                 other => problems.push(
                     Problem::at(item.key, format!("unknown section `{other}`"), "no such section").help(format!(
                         "{}a pipeline file has the sections {}",
@@ -261,7 +272,14 @@ pub fn apply<'s>(
                     problems.push(Problem::at(place, format!("--set: no knob `{name}`"), "no such knob").help(help));
                 }
             },
-            [(node, place), (key, key_place)] => match draft.nodes.get_mut(node) {
+            [(_, place), ("pipeline", _)] => {
+                let help = "write it into the file, or bake that pipeline itself";
+                let message = "--set: the pipeline of a node cannot be given by --set";
+                problems.push(Problem::at(place, message, "not to be set").help(help));
+            }
+            [(node, place), (key, key_place)] => match (draft.nodes.get_mut(node))
+                .or_else(|| Some(&mut draft.hosts.get_mut(node)?.node))
+            {
                 Some(node) if key == "kind" => {
                     node.kind = Some(item(key_place));
                     let old = std::mem::take(&mut node.keys);
@@ -276,10 +294,20 @@ pub fn apply<'s>(
                         references(old.value, &mut draft.overruled);
                     }
                 }
-                None => problems.push(no_node(node, place, "--set: ", draft.nodes.keys().copied(), problems.len())),
+                None => {
+                    let names = draft.nodes.keys().chain(draft.hosts.keys()).copied();
+                    problems.push(no_node(node, place, "--set: ", names, problems.len()));
+                }
             },
             _ => {}
         }
+    }
+}
+
+impl<'s> Draft<'s> {
+    /// The knobs that a text of part `part` refers to.
+    pub fn knobs_of(&self, part: usize) -> &Items<'s> {
+        if part == 0 { &self.knobs } else { &self.parts[part].knobs }
     }
 }
 

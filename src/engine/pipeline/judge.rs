@@ -1,7 +1,7 @@
 //! What a kind itself says of a node's parameters: whether it takes them, what it doubts, and whether the files that they
 //! name can be what it reads. Of a file only the beginning is read.
 
-use super::{draft::DraftNode, item::reference, kind::KindInfo, problem::Problem, source::TextSpan, value::Values};
+use super::{draft::DraftNode, kind::KindInfo, problem::Problem, source::TextSpan, value::Values};
 use crate::engine::{
     key::source_params,
     node::{Head, ParamError, Parameters},
@@ -18,7 +18,7 @@ const HEAD: u64 = 64 << 10;
 /// Where a parameter is given: the knob that holds its value, or the node's own key; and where that knob is used.
 fn place(node: &DraftNode, param: &str, values: &Values) -> (TextSpan, Option<TextSpan>) {
     let Some(item) = node.get(param) else { return (node.place, None) };
-    match item.value.as_str().and_then(reference).and_then(|knob| values.knobs.get(knob)) {
+    match values.knob_of(item) {
         Some(knob) => (knob.place, Some(item.place)),
         None => (item.place, None),
     }

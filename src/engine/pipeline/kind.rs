@@ -97,13 +97,6 @@ impl<'s> Kinds<'s> {
         draft: &Draft,
         problems: &mut Vec<Problem>,
     ) -> Option<Rc<KindInfo>> {
-        if let Some(part) = node.get("pipeline") {
-            let message = format!("node `{name}`: a pipeline as a node is not supported yet");
-            let help =
-                "give the node a `kind`; to change a whole pipeline, start your file with [pipeline] base = \"…\"";
-            problems.push(Problem::at(part.key, message, "not supported yet").help(help));
-            return None;
-        }
         let Some(item) = node.kind else {
             let others = draft.nodes.keys().copied().filter(|n| *n != name);
             let hint =

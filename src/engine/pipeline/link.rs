@@ -7,7 +7,7 @@ use super::{
     judge,
     kind::{KindInfo, Kinds, OWN_KEYS},
     problem::Problem,
-    source::TextSpan,
+    source::{Sources, TextSpan},
     value::Values,
 };
 use crate::engine::{
@@ -35,6 +35,8 @@ pub struct Input {
 pub struct Link<'s> {
     pub name: &'s str,
     pub order: (u32, u32),
+    /// The part that it belongs to.
+    pub part: usize,
     /// `None` where the kind or its method is missing or unknown, which is reported.
     pub info: Option<Rc<KindInfo>>,
     /// `None` where they are wrong, which is reported.
@@ -52,6 +54,8 @@ pub struct Link<'s> {
 /// All nodes, sorted by name.
 pub struct Links<'s> {
     pub nodes: Vec<Link<'s>>,
+    pub draft: &'s Draft<'s>,
+    pub sources: &'s Sources,
     pub registry: &'s Registry,
     /// What is allowed but can hardly be meant.
     pub doubts: Vec<(TextSpan, String)>,
@@ -72,6 +76,7 @@ pub fn link<'s>(
         nodes.push(Link {
             name,
             order: node.order,
+            part: values.sources.get(node.place).part,
             params: None,
             inputs: info.as_ref().map_or_else(Vec::new, |i| vec![Input::default(); i.inputs().len()]),
             broken: info.is_none(),
@@ -82,12 +87,14 @@ pub fn link<'s>(
             per: Vec::new(),
         });
     }
-    let mut links = Links { nodes, registry, doubts: Vec::new() };
+    let mut links = Links { nodes, draft, sources: values.sources, registry, doubts: Vec::new() };
+    let needed = links.needed();
     for (at, node) in draft.nodes.values().enumerate() {
-        if let Some(info) = links.nodes[at].info.clone() {
+        if let Some(info) = links.nodes[at].info.clone().filter(|_| needed[at]) {
             links.keys(at, node, &info, values, everywhere, problems);
         }
     }
+    links.keep(&needed);
     links
 }
 
@@ -95,6 +102,61 @@ impl<'s> Links<'s> {
     /// The nodes' names.
     pub fn names(&self) -> impl Iterator<Item = &'s str> + Clone {
         self.nodes.iter().map(|node| node.name)
+    }
+
+    /// Lists that node `at` does not gather, because its part stands for a node that does not.
+    pub fn per_above(&self, at: usize) -> impl Iterator<Item = (&'s str, TextSpan)> + use<'s> {
+        let draft = self.draft;
+        draft.parts[self.nodes[at].part].per.iter().copied()
+    }
+
+    /// Which nodes have a use: all of the pipeline itself, and of its parts those that something of use reads.
+    fn needed(&self) -> Vec<bool> {
+        let mut needed = vec![self.draft.parts.len() == 1; self.nodes.len()];
+        if self.draft.parts.len() == 1 {
+            return needed;
+        }
+        // What is wrong is told when the nodes are linked.
+        let mut ignored = Vec::new();
+        let leaving = self.draft.files.values().chain(self.draft.outputs.values()).copied();
+        let mut asked: Vec<Item> = leaving.collect();
+        let own = (0..self.nodes.len()).filter(|at| self.nodes[*at].part == 0);
+        let mut open: Vec<usize> = own.collect();
+        let nodes: Vec<&DraftNode> = self.draft.nodes.values().collect();
+        loop {
+            while let Some(item) = asked.pop() {
+                let named = item.value.as_str().and_then(|text| self.find(text, item.place, "", &mut ignored));
+                open.extend(named.map(|(node, _)| node));
+            }
+            let Some(at) = open.pop() else { return needed };
+            if std::mem::replace(&mut needed[at], true) {
+                continue;
+            }
+            let Some(info) = &self.nodes[at].info else { continue };
+            for (_, item) in nodes[at].keys.iter().filter(|(key, _)| info.ports.contains_key(key)) {
+                let inner = |value: &'s toml::Spanned<DeValue<'s>>| {
+                    let place = TextSpan::new(item.place.source, value.span());
+                    Item { key: place, value: value.get_ref(), place }
+                };
+                match item.value {
+                    DeValue::Table(table) => asked.extend(table.values().map(inner)),
+                    _ => asked.push(*item),
+                }
+            }
+        }
+    }
+
+    /// Leaves out nodes without use.
+    fn keep(&mut self, needed: &[bool]) {
+        let number: Vec<usize> =
+            needed.iter().scan(0, |n, kept| Some(std::mem::replace(n, *n + usize::from(*kept)))).collect();
+        let mut at = 0..;
+        self.nodes.retain(|_| at.next().is_some_and(|at| needed[at]));
+        for input in self.nodes.iter_mut().flat_map(|node| &mut node.inputs) {
+            for (node, _) in [&mut input.from, &mut input.via].into_iter().flatten() {
+                *node = number[*node];
+            }
+        }
     }
 
     fn keys(

@@ -1,6 +1,6 @@
 //! Pipeline files: from TOML to a checked [`Plan`].
 //!
-//! `read` finds the texts, `draft` lays a file over its bases, `link` tells the nodes' keys apart and wires their ports,
+//! `read` finds the texts, `draft` lays a file over its bases, `part` puts pipelines in the place of nodes, `link` tells the nodes' keys apart and wires their ports,
 //! `order` sorts them, `axes` follows lists, `publish` checks what leaves. Every step goes on after what is wrong and
 //! says nothing of what follows from it, so that one report names all mistakes and no others. Nothing runs, and nothing
 //! is read but pipeline files; sources are only looked for.
@@ -12,11 +12,13 @@ mod judge;
 mod kind;
 mod link;
 mod order;
+mod part;
 mod problem;
 mod publish;
 mod read;
 mod reference;
 mod require;
+mod scope;
 mod source;
 mod transient;
 mod value;
@@ -39,8 +41,10 @@ use super::{
 use axes::NodeAxes;
 use draft::Draft;
 use link::Links;
+use part::Texts;
 use read::Layer;
 use std::{
+    borrow::Cow,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -80,6 +84,7 @@ pub fn load_text(name: &str, text: &str, request: &Request, registry: &Registry)
         folder: request.folder.to_owned(),
         argument: false,
         file: None,
+        part: 0,
     };
     check(source, &request.folder.join(name), request, registry)
 }
@@ -90,17 +95,17 @@ fn check(top: Source, path: &Path, request: &Request, registry: &Registry) -> Re
     let text = Arc::clone(&top.text);
     let number = sources.add(top);
     let Some(table) = read::parse(number, &text, &mut problems) else { return Err(Problems::new(sources, problems)) };
-    let base_texts = read::bases(&table, path, request.stock, &mut sources, &mut problems);
-    let mut layers: Vec<Layer> = Vec::new();
-    for (source, text) in base_texts.iter().rev() {
-        layers.extend(read::parse(*source, text, &mut problems).map(|table| Layer { source: *source, table }));
-    }
-    layers.push(Layer { source: number, table });
+    let mut texts = read::bases(number, &table, path, request.stock, &mut sources, &mut problems);
+    texts.reverse();
+    texts.push((number, text.clone()));
+    let mut parts = vec![Texts::top(texts, request.file, path)];
+    part::find(&mut parts, request.stock, &mut sources, &mut problems);
+    let set: Vec<Cow<str>> = request.set.iter().map(|text| quoted(text)).collect();
     let mut arguments = Vec::new();
-    for text in request.set {
+    for text in &set {
         let name = "--set".to_owned();
         let folder = request.folder.to_owned();
-        let source = sources.add(Source { name, text: text.as_str().into(), folder, argument: true, file: None });
+        let source = sources.add(Source { name, text: (&**text).into(), folder, argument: true, file: None, part: 0 });
         match read::argument(source, text) {
             Ok(argument) => arguments.push(argument),
             Err(problem) => problems.push(problem),
@@ -108,7 +113,7 @@ fn check(top: Source, path: &Path, request: &Request, registry: &Registry) -> Re
     }
     let add = |text: &String| {
         let (name, folder) = ("--require".to_owned(), request.folder.to_owned());
-        sources.add(Source { name, text: text.as_str().into(), folder, argument: true, file: None })
+        sources.add(Source { name, text: text.as_str().into(), folder, argument: true, file: None, part: 0 })
     };
     let require: Vec<u32> = request.require.iter().map(add).collect();
     if let Some(name) = request.name.filter(|name| !valid_name(name)) {
@@ -119,13 +124,24 @@ fn check(top: Source, path: &Path, request: &Request, registry: &Registry) -> Re
         // A missing base or a broken text: what else is wrong cannot be told yet.
         return Err(Problems::new(sources, problems));
     }
-    let mut draft = draft::merge(&layers, &mut problems);
+    let layers: Vec<Vec<Layer>> = parts.iter().map(|part| part.layers(&mut problems)).collect();
+    let drafts = layers.iter().map(|layers| draft::merge(layers, &mut problems)).collect();
+    let mut draft = part::join(drafts, &parts, &mut problems);
     let owners = |draft: &Draft, param: &str| owners(draft, param, registry);
     draft::apply(&mut draft, &arguments, owners, &mut problems);
+    part::plug(&mut draft, &mut problems);
     let plan = resolve(&draft, &sources, path, &require, request.everywhere, registry, &mut problems);
     match plan.map(|plan| Plan { name: request.name.map_or(plan.name, str::to_owned), ..plan }) {
         Some(plan) if problems.is_empty() => Ok(plan),
         _ => Err(Problems::new(sources, problems)),
+    }
+}
+
+/// An argument whose first name is that of a node in a part, as TOML writes it: `"far/mesh".factor=2`.
+fn quoted(text: &str) -> Cow<'_, str> {
+    match text.split_once('.') {
+        Some((name, rest)) if name.contains('/') && !name.contains(['"', '=']) => format!("\"{name}\".{rest}").into(),
+        _ => text.into(),
     }
 }
 
@@ -150,8 +166,8 @@ fn resolve<'s>(
 ) -> Option<Plan> {
     let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or("pipeline");
     let name = name(draft, stem, problems);
-    let values = Values { sources, knobs: &draft.knobs, used: Default::default(), missed: Default::default() };
-    if draft.nodes.is_empty() {
+    let values = Values { sources, draft, used: Default::default(), missed: Default::default() };
+    if draft.nodes.is_empty() && draft.hosts.is_empty() {
         let help =
             "a node is a table such as [nodes.load] with kind = \"load-scene\"; `farfield nodes` lists the kinds";
         problems.push(Problem::at(TextSpan::default(), "the pipeline has no nodes", "nothing to bake").help(help));
@@ -159,6 +175,7 @@ fn resolve<'s>(
     let links = link::link(draft, registry, &values, everywhere, problems);
     let order = order::order(&links, problems);
     let known = axes::infer(&links, &order, problems);
+    part::types(draft, &links, problems);
     publish::outputs(draft, &links, problems);
     let files = publish::files(draft, &links, &known, problems);
     let bounds = require::require(draft, &links, &values, require, problems);

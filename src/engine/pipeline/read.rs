@@ -40,6 +40,7 @@ pub fn open(file: &str, folder: &Path, stock: &[Stock]) -> Result<(Source, PathB
                 folder: folder.to_owned(),
                 argument: false,
                 file: None,
+                part: 0,
             };
             return Ok((source, PathBuf::from(format!("<stock>/{name}"))));
         }
@@ -68,7 +69,7 @@ pub fn open(file: &str, folder: &Path, stock: &[Stock]) -> Result<(Source, PathB
     };
     let home = path.parent().map_or_else(|| folder.to_owned(), Path::to_owned);
     let own = Some(path.clone());
-    Ok((Source { name: file.to_owned(), text: text.into(), folder: home, argument: false, file: own }, path))
+    Ok((Source { name: file.to_owned(), text: text.into(), folder: home, argument: false, file: own, part: 0 }, path))
 }
 
 /// A file's bytes, but not many more than a pipeline may have.
@@ -186,8 +187,9 @@ fn base_of<'t>(table: &'t DeTable<'_>) -> Option<(&'t str, std::ops::Range<usize
     Some((value.get_ref().as_str()?, value.span()))
 }
 
-/// Adds the texts of the bases of `top`, nearest first, to `sources`.
+/// Adds the texts of the bases of `top`, the text number `number`, nearest first, to `sources`.
 pub fn bases(
+    number: u32,
     top: &DeTable<'_>,
     top_path: &Path,
     stock: &[Stock],
@@ -196,11 +198,12 @@ pub fn bases(
 ) -> Vec<(u32, Arc<str>)> {
     let mut texts: Vec<(u32, Arc<str>)> = Vec::new();
     let mut seen = vec![identity(top_path)];
-    let mut names = vec![sources.by_number(0).name.clone()];
-    let mut next = base_of(top).map(|(name, span)| (name.to_owned(), TextSpan::new(0, span)));
+    let mut names = vec![sources.by_number(number).name.clone()];
+    let part = sources.by_number(number).part;
+    let mut next = base_of(top).map(|(name, span)| (name.to_owned(), TextSpan::new(number, span)));
     while let Some((base, place)) = next {
         let folder = sources.get(place).folder.clone();
-        let (source, path) = match open(&base, &folder, stock) {
+        let (mut source, path) = match open(&base, &folder, stock) {
             Ok(found) => found,
             Err(p) => {
                 problems.push(Problem { place: Some(place), label: "not found".to_owned(), ..p });
@@ -215,6 +218,7 @@ pub fn bases(
             break;
         }
         seen.push(identity);
+        source.part = part;
         let text = Arc::clone(&source.text);
         let number = sources.add(source);
         let Some(table) = parse(number, &text, problems) else { break };
@@ -224,7 +228,8 @@ pub fn bases(
     texts
 }
 
-fn identity(path: &Path) -> PathBuf {
+/// What tells a file from others, whatever it is called.
+pub fn identity(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
@@ -253,6 +258,7 @@ pub fn argument<'s>(source: u32, text: &'s str) -> Result<Argument<'s>, Problem>
     let mut start = 0;
     for part in text[..at].split('.') {
         let name = part.trim();
+        let name = name.strip_prefix('"').and_then(|n| n.strip_suffix('"')).unwrap_or(name);
         let from = start + part.len() - part.trim_start().len();
         path.push((name, TextSpan::new(source, from..from + name.len())));
         start += part.len() + 1;

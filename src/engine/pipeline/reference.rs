@@ -11,6 +11,9 @@ use crate::engine::node::{Arity, PortSpec};
 use crate::engine::suggest;
 use toml::de::DeValue;
 
+/// References that lead to references, at most: inputs of parts of parts, and their outputs.
+const STEPS: u32 = 1024;
+
 impl<'s> Links<'s> {
     /// The port `spec` of node `at`, fed as `item` says.
     pub fn input(&self, at: usize, spec: &PortSpec, item: Item<'s>, problems: &mut Vec<Problem>) -> Input {
@@ -122,17 +125,77 @@ impl<'s> Links<'s> {
         self.nodes.binary_search_by(|n| n.name.cmp(name)).ok()
     }
 
-    /// The output that `text`, "node" or "node.output", names; `who` asks. `None` without a problem where the node's
+    /// The output that `text`, "node", "node.output" or an input, names at `place`; `who` asks. `None` without a problem where the node's
     /// kind is unknown.
     pub fn find(&self, text: &str, place: TextSpan, who: &str, problems: &mut Vec<Problem>) -> Option<Output> {
+        self.follow(text, place, who, 0, problems)
+    }
+
+    fn follow(
+        &self,
+        text: &str,
+        place: TextSpan,
+        who: &str,
+        steps: u32,
+        problems: &mut Vec<Problem>,
+    ) -> Option<Output> {
+        let part = &self.draft.parts[self.sources.get(place).part];
+        if steps > STEPS {
+            problems.push(Problem::at(place, format!("{who}: `{text}` leads back to itself"), "round and round"));
+            return None;
+        }
+        if let Some(input) = part.inputs.get(text) {
+            let Some(item) = input.given.or(input.default) else {
+                let message = format!("{who}: nothing is plugged into the input `{text}`, and it has no default");
+                let help = match part.node {
+                    "" => "a pipeline with such an input is made to be a part of another".to_owned(),
+                    node => {
+                        format!("give it in [nodes.{node}]: {text} = \"…\", {}", self.of_type(usize::MAX, input.ty))
+                    }
+                };
+                problems.push(Problem::at(place, message, "nothing there").also(input.key, "declared here").help(help));
+                return None;
+            };
+            return self.follow(item.value.as_str()?, item.place, who, steps + 1, problems);
+        }
         let (name, output) = text.split_once('.').map_or((text, None), |(n, o)| (n, Some(o)));
-        let Some(node) = self.node(name) else {
+        let full = part.full(name);
+        if let Some(host) = full.and_then(|full| self.draft.hosts.get(full)) {
+            let outputs = &self.draft.parts[host.part?];
+            let item = match output {
+                Some(output) => outputs.outputs.get(output).copied(),
+                None => outputs.first_output(),
+            };
+            let Some(item) = item else {
+                let names = || outputs.outputs.keys().copied();
+                let (message, help) = match output {
+                    Some(output) => (
+                        format!("{who}: the pipeline of node `{name}` has no output `{output}`"),
+                        format!(
+                            "{}its [outputs] are {}",
+                            suggest::did_you_mean(output, names()),
+                            suggest::list(names())
+                        ),
+                    ),
+                    None => (
+                        format!("{who}: the pipeline of node `{name}` has no outputs"),
+                        "give it a section [outputs] with lines of name = \"node.output\"".to_owned(),
+                    ),
+                };
+                problems.push(Problem::at(place, message, "no such output").help(help));
+                return None;
+            };
+            return self.follow(item.value.as_str()?, item.place, who, steps + 1, problems);
+        }
+        let Some(node) = full.and_then(|full| self.node(full)) else {
             if text.starts_with('{') {
                 let help = "a knob holds a value, not a node; write \"node.output\"";
                 problems.push(Problem::at(place, format!("{who} refers to a knob"), "not a node").help(help));
             } else {
                 let who = format!("{who}: ");
-                problems.push(draft::no_node(name, place, &who, self.names(), problems.len()));
+                let hosts = self.draft.hosts.keys().copied();
+                let names = part.own(self.names().chain(hosts)).chain(part.inputs.keys().copied());
+                problems.push(draft::no_node(name, place, &who, names, problems.len()));
             }
             return None;
         };

@@ -29,9 +29,11 @@ pub struct Source {
     pub argument: bool,
     /// The file that the text was read from; `None` for a stock pipeline or an argument.
     pub file: Option<PathBuf>,
+    /// The part of the pipeline that it belongs to: see [`part`](super::part). 0 for what is baked and for arguments.
+    pub part: usize,
 }
 
-/// All texts: the given file first, then its bases, then the arguments.
+/// All texts: the given file first, then its bases, then its parts with theirs, then the arguments.
 #[derive(Clone, Debug, Default)]
 pub struct Sources(Vec<Source>);
 

@@ -1,6 +1,7 @@
 //! TOML values against the types of parameters.
 
 use super::{
+    draft::Draft,
     item::{Item, Items, reference, references, valid_name, what},
     problem::Problem,
     source::{Sources, TextSpan},
@@ -22,7 +23,7 @@ use toml::{
 /// Turns values into JSON, follows references to knobs, and collects what is wrong.
 pub struct Values<'s> {
     pub sources: &'s Sources,
-    pub knobs: &'s Items<'s>,
+    pub draft: &'s Draft<'s>,
     /// Knobs that something referred to.
     pub used: RefCell<BTreeSet<&'s str>>,
     /// References to knobs that are not there.
@@ -70,17 +71,36 @@ impl<'s> Values<'s> {
         self.used.borrow_mut().extend(knobs);
     }
 
+    fn part(&self, place: TextSpan) -> usize {
+        self.sources.get(place).part
+    }
+
+    /// The knobs that a value refers to.
+    fn knobs(&self, found: Found) -> &'s Items<'s> {
+        self.draft.knobs_of(self.part(found.place))
+    }
+
+    /// The knob that a node's own value refers to.
+    pub fn knob_of(&self, item: Item) -> Option<Item<'s>> {
+        self.draft.knobs_of(self.part(item.place)).get(reference(item.value.as_str()?)?).copied()
+    }
+
     /// The value that `item` gives to parameter `name` of type `ty`.
     pub fn convert(&self, name: &'s str, item: Item<'s>, ty: &Ty, problems: &mut Vec<Problem>) -> Option<Value> {
         self.value(Found { value: item.value, place: item.place, reference: None, name }, ty, problems)
     }
 
     fn value(&self, mut found: Found<'s>, ty: &Ty, problems: &mut Vec<Problem>) -> Option<Value> {
-        if let Some(text) = found.value.as_str()
+        // A knob holds a plain value; that of a part may hold what its parent says, which may be a knob of the parent.
+        while let Some(text) = found.value.as_str()
             && let Some(name) = reference(text)
-            && found.reference.is_none()
+            && found.reference.is_none_or(|from| self.part(from) != self.part(found.place))
         {
+            let before = found;
             found = self.knob(found, name, ty, problems)?;
+            if std::ptr::eq(before.value, found.value) {
+                break;
+            }
         }
         match (ty, found.value) {
             (Ty::Bool, DeValue::Boolean(b)) => Some(Value::Bool(*b)),
@@ -187,8 +207,11 @@ impl<'s> Values<'s> {
 
     /// What knob `name` holds.
     fn knob(&self, found: Found<'s>, name: &'s str, ty: &Ty, problems: &mut Vec<Problem>) -> Option<Found<'s>> {
-        if let Some((name, knob)) = self.knobs.get_key_value(name) {
-            self.used.borrow_mut().insert(name);
+        let knobs = self.knobs(found);
+        if let Some((name, knob)) = knobs.get_key_value(name) {
+            if self.part(found.place) == 0 {
+                self.used.borrow_mut().insert(name);
+            }
             return Some(Found { value: knob.value, place: knob.place, reference: Some(found.place), ..found });
         }
         if !valid_name(name.trim()) && matches!(ty, Ty::Text) {
@@ -198,21 +221,22 @@ impl<'s> Values<'s> {
         let message = format!("no knob `{name}`");
         self.report(found, message, "no such knob", problems, || {
             let trimmed = name.trim();
-            let expression = if self.knobs.contains_key(trimmed) {
+            let expression = if knobs.contains_key(trimmed) {
                 format!("write exactly \"{{{trimmed}}}\"; ")
             } else if name.contains(['*', '+', '/', ' ']) {
                 "there are no expressions: compute the value and write it; ".to_owned()
             } else {
-                suggest::did_you_mean(name, self.knobs.keys().copied())
+                suggest::did_you_mean(name, knobs.keys().copied())
             };
-            format!("{expression}the knobs in [params] are {}", suggest::list(self.knobs.keys().copied()))
+            format!("{expression}the knobs in [params] are {}", suggest::list(knobs.keys().copied()))
         })
     }
 
     /// A text in which no reference to a knob is hidden.
     fn text(&self, found: Found<'s>, text: &str, problems: &mut Vec<Problem>) -> Option<String> {
         let hidden = text.split('{').skip(1).find_map(|rest| rest.split_once('}').map(|(name, _)| name));
-        let Some(name) = hidden.filter(|name| self.knobs.contains_key(name) && reference(text) != Some(name)) else {
+        let Some(name) = hidden.filter(|name| self.knobs(found).contains_key(name) && reference(text) != Some(name))
+        else {
             return Some(text.to_owned());
         };
         self.report(found, format!("`{{{name}}}` inside a longer text"), "not a reference", problems, || {
@@ -339,13 +363,13 @@ impl<'s> Values<'s> {
                 let value = matches!(s.to_lowercase().as_str(), "true" | "yes");
                 format!("write it without quotes: {name} = {value}")
             }
-            (DeValue::String(s), _) => self.hidden_hint(s),
+            (DeValue::String(s), _) => self.hidden_hint(found, s),
             _ => String::new(),
         })
     }
 
-    fn hidden_hint(&self, text: &str) -> String {
-        let hidden = self.knobs.keys().find(|k| text.contains(&format!("{{{k}}}")));
+    fn hidden_hint(&self, found: Found, text: &str) -> String {
+        let hidden = self.draft.knobs_of(self.part(found.place)).keys().find(|k| text.contains(&format!("{{{k}}}")));
         hidden
             .map(|k| format!("only exactly \"{{{k}}}\" refers to a knob; there are no expressions"))
             .unwrap_or_default()
