@@ -593,3 +593,18 @@ fn the_applications_of_sprites_draw_and_report() {
     assert_eq!(number("/points"), number("/outside") + inside - number("/inside_several"));
     assert!(inside > 60 && number("/outside") > 300, "{points}");
 }
+
+#[test]
+fn completions_and_manual_pages_are_printed() {
+    let folder = folder();
+    let bash = farfield(folder.path(), &["completions", "bash"]);
+    assert!(bash.code == 0 && bash.out.contains("complete -F _farfield"), "{}", bash.err);
+    let wrong = farfield(folder.path(), &["completions", "bahs"]);
+    assert!(wrong.code == 2 && wrong.err.contains("bash"), "{}", wrong.err);
+    let page = farfield(folder.path(), &["man"]);
+    assert!(page.code == 0 && page.out.contains(".SH SUBCOMMANDS"), "{}", page.err);
+    let pages = farfield(folder.path(), &["man", "pages/man1"]);
+    assert!(pages.code == 0 && folder.path().join("pages/man1/farfield-bake.1").is_file(), "{}", pages.err);
+    let wrong = farfield(folder.path(), &["man", "small.toml"]);
+    assert!(wrong.code == 1 && wrong.err.contains("small.toml: "), "{}", wrong.err);
+}

@@ -6,11 +6,13 @@ mod bake;
 mod cache;
 mod check;
 mod compare;
+mod completions;
 mod devices;
 mod events;
 mod folders;
 mod graph;
 mod interrupt;
+mod man;
 mod nodes;
 mod pipeline;
 mod quantity;
@@ -58,6 +60,8 @@ enum Command {
     Nodes(nodes::Args),
     Why(why::Args),
     Cache(cache::Args),
+    Completions(completions::Args),
+    Man(man::Args),
 }
 
 /// How a command ended, when it did not end well. What there is to say has been said.
@@ -154,6 +158,8 @@ pub fn run(arguments: impl Iterator<Item = OsString>, registry: &Registry) -> Ex
         Command::Nodes(args) => nodes::run(&args, registry),
         Command::Why(args) => why::run(&args, registry),
         Command::Cache(args) => cache::run(&args),
+        Command::Completions(args) => completions::run(&args),
+        Command::Man(args) => man::run(&args),
     };
     done.map_or_else(|Exit(code)| ExitCode::from(code), |()| ExitCode::SUCCESS)
 }
