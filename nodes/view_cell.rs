@@ -94,7 +94,7 @@ fn doubt(cell: &Cell, bounds: &Aabb) -> Option<String> {
 }
 
 /// The cell of a scene with these bounds; `None` where they have no extent.
-fn default_cell(bounds: &Aabb) -> Option<Cell> {
+pub fn default_cell(bounds: &Aabb) -> Option<Cell> {
     if bounds.is_empty() || !(bounds.diagonal() > 0.0 && bounds.diagonal().is_finite()) {
         return None;
     }

@@ -595,6 +595,53 @@ fn the_applications_of_sprites_draw_and_report() {
 }
 
 #[test]
+fn a_pipeline_to_start_from_checks_and_spares_what_is_there() {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("models")).unwrap();
+    let obj = "v 0 0 0\nv 4 0 0\nv 0 3 1\nf 1 2 3\n";
+    std::fs::write(folder.path().join("models/town.obj"), obj).unwrap();
+    let first = farfield(folder.path(), &["init", "models/town.obj"]);
+    assert_eq!(first.code, 0, "{}", first.err);
+    assert!(first.out.starts_with("wrote town-tdm.toml\nwrote farfield.schema.json"), "{}", first.out);
+    let text = std::fs::read_to_string(folder.path().join("town-tdm.toml")).unwrap();
+    assert!(text.starts_with("#:schema ./farfield.schema.json\n"), "{text}");
+    assert!(text.contains("\nscene = \"models/town.obj\"") && text.contains("\n[nodes.cell]"), "{text}");
+    let schema = std::fs::read(folder.path().join("farfield.schema.json")).unwrap();
+    assert_eq!(schema, farfield(folder.path(), &["nodes", "--schema"]).out.into_bytes());
+    let check = farfield(folder.path(), &["check", "town-tdm.toml"]);
+    assert!(check.code == 0 && check.out.starts_with("ok: pipeline town-tdm, "), "{}{}", check.out, check.err);
+
+    let again = farfield(folder.path(), &["init", "models/town.obj"]);
+    assert!(again.code == 2 && again.err.contains("--overwrite"), "{}", again.err);
+    assert_eq!(std::fs::read_to_string(folder.path().join("town-tdm.toml")).unwrap(), text);
+    std::fs::write(folder.path().join("town-tdm.toml"), "mine").unwrap();
+    let over = farfield(folder.path(), &["init", "models/town.obj", "--overwrite"]);
+    assert!(over.code == 0 && !over.out.contains("schema"), "{}{}", over.out, over.err);
+    assert_eq!(std::fs::read_to_string(folder.path().join("town-tdm.toml")).unwrap(), text);
+
+    // A schema of somebody else's stays.
+    std::fs::write(folder.path().join("models/farfield.schema.json"), "{}").unwrap();
+    let other = farfield(folder.path(), &["init", "models/town.obj", "--method", "dmesh", "-o", "models/d.toml"]);
+    assert!(other.code == 0 && other.err.contains("stays as it is"), "{}", other.err);
+    assert_eq!(std::fs::read(folder.path().join("models/farfield.schema.json")).unwrap(), b"{}");
+    let text = std::fs::read_to_string(folder.path().join("models/d.toml")).unwrap();
+    assert!(text.contains("\nscene = \"town.obj\"") && text.contains("\nname = \"d\""), "{text}");
+    assert_eq!(farfield(folder.path(), &["check", "models/d.toml"]).code, 0);
+
+    for (args, expect) in [
+        (&["init", "twon.obj"][..], "there is no such file"),
+        (&["init", "builtin:crane"], "no built-in scene `crane`"),
+        (&["init", "models/town.obj", "--method", "tmd"], "tdm"),
+        (&["init", "models/town.obj", "-o", "models/town.obj", "--overwrite"], "this is the scene"),
+        (&["init", "builtin:car", "-o", "no/such/folder.toml"], "cannot be written"),
+    ] {
+        let ran = farfield(folder.path(), args);
+        assert!(ran.code == 2 && ran.err.contains(expect), "{args:?}: {} {}", ran.code, ran.err);
+    }
+    assert_eq!(std::fs::read_to_string(folder.path().join("models/town.obj")).unwrap(), obj);
+}
+
+#[test]
 fn completions_and_manual_pages_are_printed() {
     let folder = folder();
     let bash = farfield(folder.path(), &["completions", "bash"]);

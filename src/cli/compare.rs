@@ -1,15 +1,19 @@
 //! `farfield compare`.
 
-use super::{Done, Exit, backend::BackendArgs, interrupt, print, terminal, verdict};
+use super::{
+    Done, Exit,
+    backend::BackendArgs,
+    interrupt, print,
+    scene::{exists, load},
+    terminal, verdict,
+};
 use crate::{
     certify::{self, Bound, Choice, CompareError, Comparison, Context, Mode, Sampling, Subject},
-    formats::{self, DiskFiles, Limits},
+    formats::Limits,
     image::encode_png,
-    math::Stop,
     raster::Geometry,
     regular,
     runtime::SceneStandIn,
-    scene::{Scene, builtin},
     view::{Cell, Region},
 };
 use glam::DVec3;
@@ -183,37 +187,12 @@ fn figures(comparison: &Comparison) -> String {
     )
 }
 
-/// A path that leads to no file is a wrong argument.
-fn exists(path: &Path) -> Done {
-    if path.to_str().is_some_and(|p| p.starts_with("builtin:")) {
-        return Ok(());
-    }
-    let found = std::fs::metadata(path).and_then(|meta| regular::check(&meta));
-    found.map_err(|e| {
-        let what =
-            if e.kind() == std::io::ErrorKind::NotFound { "there is no such file".into() } else { e.to_string() };
-        Exit::say(2, format!("{}: {what}", path.display()))
-    })
-}
-
 fn exit_code(error: &CompareError) -> u8 {
     match error {
         CompareError::Stopped(_) => 130,
         CompareError::Bound { .. } | CompareError::Resolution { .. } | CompareError::FieldOfView(_) => 2,
         _ => 1,
     }
-}
-
-/// The scene at `path`; its warnings go to standard error, also where it fails.
-fn load(path: &Path, limits: &Limits, stop: &Stop) -> Result<Scene, Exit> {
-    if let Some(name) = path.to_str().and_then(|p| p.strip_prefix("builtin:")) {
-        let known = builtin::NAMES.join(", ");
-        return builtin::make(name, 1)
-            .ok_or_else(|| Exit::say(2, format!("there is no built-in scene `{name}`; there are {known}")));
-    }
-    let mut warn = |text: String| terminal::say(terminal::fill(&format!("warning: {text}")));
-    formats::load_with(path, &DiskFiles, limits, stop, &mut warn)
-        .map_err(|e| Exit::say(if stop.is_set() { 130 } else { 1 }, e))
 }
 
 fn write(folder: &Path, comparison: &Comparison) -> Result<(), String> {

@@ -11,11 +11,13 @@ mod devices;
 mod events;
 mod folders;
 mod graph;
+mod init;
 mod interrupt;
 mod man;
 mod nodes;
 mod pipeline;
 mod quantity;
+mod scene;
 mod schema;
 pub mod stock;
 mod summary;
@@ -53,6 +55,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Bake(bake::Args),
+    Init(init::Args),
     Check(check::Args),
     Compare(compare::Args),
     Devices(devices::Args),
@@ -151,6 +154,7 @@ pub fn run(arguments: impl Iterator<Item = OsString>, registry: &Registry) -> Ex
     });
     let done = match cli.command {
         Command::Bake(args) => bake::run(&args, registry),
+        Command::Init(args) => init::run(&args, registry),
         Command::Check(args) => check::run(&args, registry),
         Command::Compare(args) => compare::run(&args),
         Command::Devices(args) => devices::run(&args),
