@@ -2,7 +2,7 @@
 
 use super::{
     Done, Exit,
-    backend::BackendArgs,
+    backend::{BackendArgs, Chosen},
     events::{self, Style},
     folders::CacheArg,
     interrupt,
@@ -11,10 +11,13 @@ use super::{
     quantity::{bytes, share},
     summary::summary,
 };
-use crate::engine::{
-    bake::{self, Forecast, Options, Outcome, Report},
-    plan::Plan,
-    registry::Registry,
+use crate::{
+    engine::{
+        bake::{self, Forecast, Options, Outcome, Report},
+        plan::Plan,
+        registry::Registry,
+    },
+    math::Stop,
 };
 use std::path::PathBuf;
 
@@ -22,7 +25,7 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    pipeline: PipelineArgs,
+    pub pipeline: PipelineArgs,
     /// Say what would run (`hit`, `runs`, `may run`); run nothing, write nothing
     #[arg(long)]
     dry_run: bool,
@@ -42,7 +45,7 @@ pub struct Args {
     #[arg(long, value_name = "SIZE", value_parser = bytes)]
     memory: Option<u64>,
     #[command(flatten)]
-    backend: BackendArgs,
+    pub backend: BackendArgs,
     #[command(flatten)]
     cache: CacheArg,
     /// The folder of the results; a pipeline writes to DIR/<its name>
@@ -65,35 +68,57 @@ pub struct Args {
 pub fn run(args: &Args, registry: &Registry) -> Done {
     let plan = args.pipeline.load(registry)?;
     let backend = args.backend.open()?;
-    let options = Options {
-        device: Some(backend.device()),
-        jobs: args.jobs.map_or(0, |n| usize::try_from(n).unwrap_or(usize::MAX)),
-        memory: args.memory.unwrap_or(0),
-        only: known("--only", &args.only, &plan)?,
-        force: known("--force", &args.force, &plan)?,
-        keep_going: args.keep_going,
-        dry_run: args.dry_run,
-        overwrite: args.overwrite,
-        audit: args.audit.unwrap_or(0.0),
-        profile: args.profile.clone(),
-        ..Options::new(args.cache.folder(), &args.out)
-    };
-    let style = args.events.unwrap_or_else(Style::of_terminal);
+    let options = args.options(&plan, &backend)?;
     let stop = interrupt::stop()?;
-    let report = bake::bake(&plan, &options, &stop, &*events::receiver(style));
-    backend.warn();
-    let report = report?;
-    if args.dry_run {
-        print(&forecast(&report))?;
-    } else if !matches!(style, Style::Json) {
-        print(&summary(&plan, &report, args.only.is_empty()))?;
-    }
+    let report = args.bake(&plan, &options, &backend, &stop)?;
+    args.tell(&plan, &report)?;
     let outcome = report.outcome;
     // The process ends here: to free a large plan node by node would only take time.
     std::mem::forget((plan, report));
     match outcome {
         Outcome::Baked => Ok(()),
         outcome => Err(Exit(outcome.exit_code())),
+    }
+}
+
+impl Args {
+    /// How to bake `plan`.
+    pub fn options(&self, plan: &Plan, backend: &Chosen) -> Result<Options, Exit> {
+        Ok(Options {
+            device: Some(backend.device()),
+            jobs: self.jobs.map_or(0, |n| usize::try_from(n).unwrap_or(usize::MAX)),
+            memory: self.memory.unwrap_or(0),
+            only: known("--only", &self.only, plan)?,
+            force: known("--force", &self.force, plan)?,
+            keep_going: self.keep_going,
+            dry_run: self.dry_run,
+            overwrite: self.overwrite,
+            audit: self.audit.unwrap_or(0.0),
+            profile: self.profile.clone(),
+            ..Options::new(self.cache.folder(), &self.out)
+        })
+    }
+
+    fn style(&self) -> Style {
+        self.events.unwrap_or_else(Style::of_terminal)
+    }
+
+    /// Bakes, and shows what happens meanwhile.
+    pub fn bake(&self, plan: &Plan, options: &Options, backend: &Chosen, stop: &Stop) -> Result<Report, Exit> {
+        let report = bake::bake(plan, options, stop, &*events::receiver(self.style()));
+        backend.warn();
+        Ok(report?)
+    }
+
+    /// Prints what came of it.
+    pub fn tell(&self, plan: &Plan, report: &Report) -> Done {
+        if self.dry_run {
+            print(&forecast(report))
+        } else if !matches!(self.style(), Style::Json) {
+            print(&summary(plan, report, self.only.is_empty()))
+        } else {
+            Ok(())
+        }
     }
 }
 

@@ -92,9 +92,8 @@ pub fn run(args: &Args, registry: &Registry) -> Done {
 fn write_schema(path: &Path, registry: &Registry) -> Done {
     let schema = schema::of(registry);
     let title = &schema["title"];
-    let ours = |bytes: &[u8]| {
-        serde_json::from_slice::<serde_json::Value>(bytes).is_ok_and(|there| there["title"] == *title)
-    };
+    let ours =
+        |bytes: &[u8]| serde_json::from_slice::<serde_json::Value>(bytes).is_ok_and(|there| there["title"] == *title);
     let text = format!("{schema:#}\n");
     match std::fs::read(path) {
         Ok(bytes) if bytes == text.as_bytes() => return Ok(()),

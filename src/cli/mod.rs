@@ -23,6 +23,8 @@ pub mod stock;
 mod summary;
 mod terminal;
 mod verdict;
+#[cfg(feature = "watch")]
+mod watch;
 mod why;
 
 use crate::engine::registry::Registry;
@@ -55,6 +57,8 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Bake(bake::Args),
+    #[cfg(feature = "watch")]
+    Watch(watch::Args),
     Init(init::Args),
     Check(check::Args),
     Compare(compare::Args),
@@ -103,7 +107,7 @@ fn print(text: &str) -> Done {
 
 /// After `bake --resolution 512`: how a knob is set.
 fn knob_hint(arguments: &[OsString], e: &clap::Error) -> Option<String> {
-    let takes = ["bake", "check", "graph", "why"].map(OsStr::new);
+    let takes = ["bake", "watch", "check", "graph", "why"].map(OsStr::new);
     if !takes.contains(&arguments.get(1)?.as_os_str()) {
         return None;
     }
@@ -154,6 +158,8 @@ pub fn run(arguments: impl Iterator<Item = OsString>, registry: &Registry) -> Ex
     });
     let done = match cli.command {
         Command::Bake(args) => bake::run(&args, registry),
+        #[cfg(feature = "watch")]
+        Command::Watch(args) => watch::run(&args, registry),
         Command::Init(args) => init::run(&args, registry),
         Command::Check(args) => check::run(&args, registry),
         Command::Compare(args) => compare::run(&args),

@@ -33,6 +33,11 @@ pub struct PipelineArgs {
 impl PipelineArgs {
     /// The checked plan; what is wrong goes to standard error.
     pub fn load(&self, registry: &Registry) -> Result<Plan, Exit> {
+        self.read(registry)?.map_err(|problems| report(&problems))
+    }
+
+    /// The checked plan, or what is wrong with it.
+    pub fn read(&self, registry: &Registry) -> Result<Result<Plan, Problems>, Exit> {
         let folder = std::env::current_dir().map_err(|e| Exit::say(2, format!("no working folder: {e}")))?;
         let everywhere = [("allow_outside", serde_json::Value::Bool(true))];
         let request = Request {
@@ -44,11 +49,12 @@ impl PipelineArgs {
             stock: STOCK,
             everywhere: if self.allow_outside { &everywhere } else { &[] },
         };
-        pipeline::load(&request, registry).map_err(|problems| report(&problems))
+        Ok(pipeline::load(&request, registry))
     }
 }
 
-fn report(problems: &Problems) -> Exit {
+/// Shows what is wrong on standard error.
+pub fn report(problems: &Problems) -> Exit {
     let terminal = std::io::stderr().is_terminal();
     let colour = terminal && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
     let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };

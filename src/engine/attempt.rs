@@ -13,6 +13,7 @@ use super::{
     record::BakeRecord,
     report::{Failure, NodeReport, Outcome, Report},
     schedule::{Pool, Schedule, Setting, Trust},
+    source::lexical,
 };
 use crate::math::Stop;
 use std::{collections::BTreeSet, path::Path, time::SystemTime};
@@ -116,6 +117,9 @@ impl Attempt<'_> {
         }
         let audit = (options.audit > 0.0 && !options.dry_run).then_some(schedule.audit);
         let (errors, warnings): (Vec<Failure>, _) = (std::mem::take(&mut schedule.errors), schedule.warnings);
+        let wanted = plan.nodes.iter().zip(&self.wanted).filter(|(_, wanted)| **wanted);
+        let mut files: BTreeSet<_> = wanted.flat_map(|(node, _)| deliver::roots(node)).map(|p| lexical(&p)).collect();
+        files.append(&mut schedule.looked_at);
         drop(schedule);
         if !options.dry_run {
             if news {
@@ -134,6 +138,7 @@ impl Attempt<'_> {
             unmet: baked.unmet,
             warnings: warnings + self.warnings,
             published: baked.published,
+            files: files.into_iter().collect(),
             audit,
             folder: baked.folder,
             accepted: baked.accepted,

@@ -60,7 +60,7 @@ pub fn check_targets(
 }
 
 /// The files that a node's parameters name.
-fn roots(node: &super::plan::PlanNode) -> Vec<PathBuf> {
+pub fn roots(node: &super::plan::PlanNode) -> Vec<PathBuf> {
     let names = super::key::source_params(node.kind.spec());
     let given = names.iter().filter_map(|name| node.params.get(name)?.as_str());
     given.filter(|text| !text.is_empty() && !text.starts_with("builtin:")).map(PathBuf::from).collect()

@@ -105,6 +105,9 @@ pub struct Report {
     pub warnings: usize,
     /// Files written in this bake, below `folder`.
     pub published: Vec<String>,
+    /// Files of the outside world that nodes read or looked for, now or when their results were stored; sorted. The
+    /// pipeline's own texts are not among them.
+    pub files: Vec<PathBuf>,
     /// What came of [`Options::audit`](super::options::Options::audit); `None` where none was asked for.
     pub audit: Option<Audit>,
     /// `out/<pipeline>`, or its `rejected/` where a bound was missed.

@@ -123,6 +123,11 @@ pub fn files<'a>(reads: &'a [Read], roots: &'a [Root]) -> impl Iterator<Item = P
     reads.iter().filter(|read| read.hash.is_some()).map(|read| absolute(Path::new(&read.path), roots))
 }
 
+/// All files of `reads`, those that were not there too, by full path.
+pub fn paths<'a>(reads: &'a [Read], roots: &'a [Root]) -> impl Iterator<Item = PathBuf> + 'a {
+    reads.iter().map(|read| absolute(Path::new(&read.path), roots))
+}
+
 /// `path` without `.` and `..`, as far as its text tells.
 pub fn lexical(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();

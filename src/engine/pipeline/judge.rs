@@ -65,7 +65,8 @@ pub fn judge(
             judged.and_then(|(bytes, whole)| info.kind.check_source(param, path, Head { bytes: &bytes, whole }));
         if let Err(what) = judged {
             let file = path.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
-            problems.push(at(param, format!("node `{name}`, `{param}`: `{file}` {what}"), "not what the node reads"));
+            let message = format!("node `{name}`, `{param}`: `{file}` {what}");
+            problems.push(at(param, message, "not what the node reads").of_file(path));
         }
     }
     Some(params)

@@ -4,7 +4,7 @@
 use super::source::{Sources, TextSpan};
 use crate::engine::suggest::elide;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
-use std::{fmt, sync::Arc};
+use std::{fmt, path::PathBuf, sync::Arc};
 
 /// A report shows at most this many problems; a file with more has one cause, and a terminal one screen.
 const SHOWN: usize = 40;
@@ -28,21 +28,29 @@ pub struct Problem {
     pub also: Vec<(TextSpan, String)>,
     /// What to do.
     pub help: Option<String>,
+    /// A file beside the texts that it is about: missing, or not what is read there.
+    pub file: Option<PathBuf>,
 }
 
 impl Problem {
     pub fn at(place: TextSpan, message: impl Into<String>, label: impl Into<String>) -> Self {
-        Self { message: message.into(), place: Some(place), label: label.into(), also: Vec::new(), help: None }
+        Self { place: Some(place), label: label.into(), ..Self::nowhere(message) }
     }
 
     pub fn nowhere(message: impl Into<String>) -> Self {
-        Self { message: message.into(), place: None, label: String::new(), also: Vec::new(), help: None }
+        Self { message: message.into(), place: None, label: String::new(), also: Vec::new(), help: None, file: None }
     }
 
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         let help = help.into();
         self.help = (!help.is_empty()).then_some(help).or(self.help);
+        self
+    }
+
+    #[must_use]
+    pub fn of_file(mut self, path: impl Into<PathBuf>) -> Self {
+        self.file = Some(path.into());
         self
     }
 
@@ -73,6 +81,12 @@ impl Problems {
     pub(super) fn new(sources: Sources, mut list: Vec<Problem>) -> Self {
         list.sort_by_key(|p| p.place);
         Self { sources, list }
+    }
+
+    /// The files that must be changed, or be there, before the pipeline can be right: its texts, and what they name.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let named = self.list.iter().filter_map(|problem| problem.file.clone());
+        self.sources.files().into_iter().chain(named).collect()
     }
 
     /// A report for people, `width` columns wide.

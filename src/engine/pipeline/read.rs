@@ -50,7 +50,8 @@ pub fn open(file: &str, folder: &Path, stock: &[Stock]) -> Result<(Source, PathB
                 .help(format!("{hint}expected the path of a TOML file, or a stock pipeline: {}", names())));
         }
     }
-    let fail = |what: String| Err(Problem::nowhere(format!("cannot read the pipeline file `{file}`: {what}")));
+    let fail =
+        |what: String| Err(Problem::nowhere(format!("cannot read the pipeline file `{file}`: {what}")).of_file(&path));
     let bytes = match read_bytes(&path) {
         Ok(bytes) => bytes,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {

@@ -51,6 +51,11 @@ impl Sources {
         &self.0[source as usize]
     }
 
+    /// Whether not even the first text could be read.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// The files that texts were read from.
     pub fn files(&self) -> Vec<PathBuf> {
         self.0.iter().filter_map(|source| source.file.clone()).collect()

@@ -268,7 +268,7 @@ impl<'s> Values<'s> {
             }
             Err(e) => (format!("cannot read `{text}`: {e}"), "not readable"),
         };
-        self.report(found, message, label, problems, || {
+        let none = self.report(found, message, label, problems, || {
             if text.contains(char::is_control) {
                 let help = "it holds a control character: in \"…\" a backslash begins an escape; write `/`, or single \
                             quotes '…'";
@@ -281,7 +281,11 @@ impl<'s> Values<'s> {
                 "paths start from the folder of the pipeline file"
             };
             format!("{hint}looked for {shown}; {whose}")
-        })
+        });
+        if let Some(problem) = problems.last_mut() {
+            problem.file = Some(path);
+        }
+        none
     }
 
     /// The first of `types` that fits; else what the nearest of them says.

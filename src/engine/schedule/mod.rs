@@ -109,6 +109,8 @@ pub struct Schedule<'a> {
     lost: BTreeMap<Digest, u32>,
     /// Files that runs read through the door besides root files, this time or when their results were stored.
     files_read: BTreeSet<PathBuf>,
+    /// The same, with those that were looked for in vain and those of runs that failed.
+    pub looked_at: BTreeSet<PathBuf>,
     /// Slots of the profile's rows in use.
     lanes: Vec<Option<RunId>>,
     /// When those who wait for other processes were last looked after.
@@ -199,6 +201,7 @@ impl<'a> Schedule<'a> {
             answers: mpsc::channel(),
             lost: BTreeMap::new(),
             files_read: BTreeSet::new(),
+            looked_at: BTreeSet::new(),
             lanes: vec![None; s.jobs],
             polled: Instant::now(),
             errors: Vec::new(),

@@ -142,6 +142,7 @@ impl Schedule<'_> {
         for (variant, record) in self.cache.runs(key)? {
             if record.outputs.len() == ports && source::still_true(&record.reads, &roots, self.cache) {
                 self.files_read.extend(source::files(&record.reads, &roots));
+                self.looked_at.extend(source::paths(&record.reads, &roots));
                 return Ok(Some((variant, record)));
             }
         }

@@ -13,7 +13,7 @@ use crate::engine::{
     key::{self, SourceKey},
     node::Data,
     plan::{NodeId, OutputRef},
-    record::{MapRecord, NodeTrace, RunRecord, TraceOut},
+    record::{MapRecord, NodeTrace, Read, RunRecord, TraceOut},
     report::{Failure, Forecast},
     source,
     value::{JOIN, ValueRef, shown},
@@ -41,6 +41,7 @@ impl Schedule<'_> {
             self.put(hash, size, data, false);
             self.held.keep(&hash);
         }
+        self.looked_at.extend(source::paths(&done.reads, &self.nodes[id.node].roots));
         let key = self.run_mut(id).key;
         let followers = self.flying.remove(&key).unwrap_or_default();
         match done.result {
@@ -48,7 +49,7 @@ impl Schedule<'_> {
                 self.nodes[id.node].seconds += seconds;
                 // When the last run of a node is stored, its runs leave the memory.
                 let result = (!followers.is_empty()).then(|| (made.outputs.clone(), made.warnings.clone()));
-                self.store(id, made, seconds)?;
+                self.store(id, made, done.reads, seconds)?;
                 let (outputs, warnings) = result.unwrap_or_default();
                 for follower in followers {
                     let run = self.run_mut(follower);
@@ -85,7 +86,7 @@ impl Schedule<'_> {
     }
 
     /// Stores what a run made.
-    fn store(&mut self, id: RunId, made: Made, seconds: f64) -> Result<(), EngineError> {
+    fn store(&mut self, id: RunId, made: Made, reads: Vec<Read>, seconds: f64) -> Result<(), EngineError> {
         let n = id.node;
         let node = &self.plan.nodes[n];
         // A root file that changed between the key and the run: the result belongs to what was read.
@@ -124,7 +125,7 @@ impl Schedule<'_> {
             outputs: made.outputs,
             warnings: made.warnings,
             seconds,
-            reads: made.reads,
+            reads,
         };
         let (variant, reads) = (record.variant(), !record.reads.is_empty());
         self.files_read.extend(source::files(&record.reads, &self.nodes[n].roots));

@@ -81,7 +81,6 @@ pub struct Made {
     /// The decoded outputs by port, for those who take them next.
     pub data: Vec<(u32, ValueRef, Data)>,
     pub warnings: Vec<String>,
-    pub reads: Vec<Read>,
     /// Contents of the root files that were read, by parameter.
     pub roots: Vec<(String, Digest)>,
 }
@@ -98,6 +97,8 @@ pub enum TaskError {
 
 pub struct Done {
     pub result: Result<Made, TaskError>,
+    /// What it read or looked for besides root files, whether it came to its end or not.
+    pub reads: Vec<Read>,
     /// Inputs decoded here that others take too.
     pub shared: Vec<(Digest, u64, Data)>,
     /// Values whose bytes proved good.
@@ -109,15 +110,16 @@ pub struct Done {
 /// Runs `task` to its end.
 pub fn perform(task: Task) -> Done {
     let began = Instant::now();
-    let (mut shared, mut verified) = (Vec::new(), Vec::new());
-    let result = perform_inner(task, &mut shared, &mut verified);
-    Done { result, shared, verified, began, ended: Instant::now() }
+    let (mut shared, mut verified, mut reads) = (Vec::new(), Vec::new(), Vec::new());
+    let result = perform_inner(task, &mut shared, &mut verified, &mut reads);
+    Done { result, reads, shared, verified, began, ended: Instant::now() }
 }
 
 fn perform_inner(
     task: Task,
     shared: &mut Vec<(Digest, u64, Data)>,
     verified: &mut Vec<Digest>,
+    reads: &mut Vec<Read>,
 ) -> Result<Made, TaskError> {
     let Task { kind, params, inputs, element, roots, stop, blobs, device, memory, progress, keep } = task;
     let spec = kind.spec();
@@ -182,9 +184,10 @@ fn perform_inner(
     let mut warnings = warnings.into_inner().unwrap_or_else(PoisonError::into_inner);
     warnings.sort();
     warnings.dedup();
+    let (read, roots) = door.finish();
+    *reads = read;
     let (outputs, values, data) = made.map_err(|e| with_warnings(e, &warnings))?;
-    let (reads, roots) = door.finish();
-    Ok(Made { outputs, values, data, warnings, reads, roots })
+    Ok(Made { outputs, values, data, warnings, roots })
 }
 
 /// A failure with what its run warned of before, which may be the reason.
