@@ -20,6 +20,7 @@ pub mod octahedral;
 pub mod raster;
 pub mod regular;
 pub mod relief;
+pub mod report;
 pub mod runtime;
 pub mod scene;
 pub mod sprite;

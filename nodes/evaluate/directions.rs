@@ -2,7 +2,7 @@
 
 use crate::{
     certify::{
-        Context,
+        Context, Panels,
         directions::{Look, Seen, measure, sheet},
         rounded,
     },
@@ -24,7 +24,7 @@ use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use std::{path::Path, sync::Arc};
+use std::{collections::BTreeMap, path::Path, sync::Arc};
 
 /// Looks at original and stand-in from many directions and certifies what the stand-in misses, what it adds, and how the lit object looks. The first
 /// directions are the 320 of the paper's section 3.2; from what is missing there follows the projected length threshold, the size on the screen up to
@@ -94,7 +94,7 @@ pub struct Directions;
 impl Node for Directions {
     const KIND: &'static str = "evaluate";
     const METHOD: &'static str = "directions";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -148,7 +148,7 @@ impl Node for Directions {
         let sequence = Sequence::<3>::new(1);
         let others: Vec<DVec3> = (0..params.others).map(|i| sphere.eye(sequence.point(i))).collect();
         let others_seen = run(&others, size)?;
-        let certificate = json!({
+        let mut certificate = json!({
             "plt_px": if plt.is_finite() { json!(rounded(plt, 1)) } else { Value::Null },
             "directions": figures(&seen, params.size),
             "others": figures(&others_seen, size),
@@ -166,14 +166,17 @@ impl Node for Directions {
             ("worst-missing", &|s, size| share(s.missing, size)),
             ("worst-psnr", &|s, _| -s.psnr.unwrap_or(f64::INFINITY)),
         ];
-        let mut pictures = Vec::new();
+        let (mut pictures, mut panels) = (Vec::new(), BTreeMap::new());
         for (name, rank) in wanted {
             let Some(((direction, _), size)) = worst_of(rank) else { continue };
             let look = Look { size, samples: params.samples };
             let Some(sheet) = sheet(&inputs.original, &**stand_in, *direction, look, context)? else { continue };
+            panels.insert(name, Panels::thirds(sheet.original.width, sheet.original.height));
             let bytes = encode_png(&sheet.picture()).map_err(|e| NodeError::from_error(&e))?;
             pictures.push((name.to_owned(), Arc::new(File { media_type: "image/png".into(), bytes })));
         }
+        // Where original, stand-in and difference lie in each picture.
+        certificate["panels"] = json!(panels);
         Ok(Out { certificate: json_file(&certificate)?, pictures: List(pictures) })
     }
 }
@@ -195,6 +198,8 @@ fn figures(seen: &[Seen], size: u32) -> Value {
     let drawn: Vec<f64> = seen.iter().filter_map(|s| s.drawn.map(f64::from)).collect();
     let psnr: Vec<f64> = seen.iter().filter_map(|s| s.psnr).collect();
     let average = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let shares =
+        |f: &dyn Fn(&Seen) -> u64| -> Vec<f64> { seen.iter().map(|s| rounded(f(s) as f64 / pixels, SHARE)).collect() };
     json!({
         "count": seen.len(),
         "size_px": size,
@@ -209,6 +214,12 @@ fn figures(seen: &[Seen], size: u32) -> Value {
         },
         "psnr_y_object_db": if psnr.is_empty() { Value::Null } else {
             json!({ "mean": rounded(average(&psnr), 3), "min": rounded(psnr.iter().copied().fold(f64::INFINITY, f64::min), 3) })
+        },
+        // In the order of the directions.
+        "per_view": {
+            "psnr_y_object_db": seen.iter().map(|s| s.psnr.map(|p| rounded(p, 3))).collect::<Vec<_>>(),
+            "coverage_error": shares(missing),
+            "extra": shares(extra),
         },
     })
 }

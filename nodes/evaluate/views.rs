@@ -120,7 +120,7 @@ pub struct Views;
 impl Node for Views {
     const KIND: &'static str = "evaluate";
     const METHOD: &'static str = "views";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     /// FLIP is C++.
     const NATIVE: bool = true;
     type Params = Params;

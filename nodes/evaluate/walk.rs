@@ -2,7 +2,7 @@
 
 use crate::{
     certify::{
-        rounded,
+        Panels, rounded,
         walk::{Frame, FrameFigures, Pace, WalkError, poses, walk},
     },
     engine::{
@@ -10,7 +10,7 @@ use crate::{
         plan::{Bundle, File},
     },
     formats::{Limits, from_glb},
-    image::encode_png,
+    image::{Picture, encode_png},
     lod::entry::Entry,
     nodes::{backend, json_file},
     ports,
@@ -134,7 +134,7 @@ pub struct Walk;
 impl Node for Walk {
     const KIND: &'static str = "evaluate";
     const METHOD: &'static str = "walk";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -191,19 +191,27 @@ impl Node for Walk {
             WalkError::Stopped(stopped) => stopped.into(),
         })?;
         let mut pictures = Vec::new();
+        // Where original, stand-in and difference lie in each picture.
+        let mut panels = BTreeMap::new();
+        let mut place = |name: &'static str, picture: &Picture| {
+            panels.insert(name, Panels::thirds(picture.width / 3, picture.height));
+        };
         let png = |picture| -> Result<Arc<File>, NodeError> {
             let bytes = encode_png(picture).map_err(|e| NodeError::from_error(&e))?;
             Ok(Arc::new(File { media_type: "image/png".into(), bytes }))
         };
         if let Some(middle) = &walked.middle {
+            place("middle", middle);
             pictures.push(("middle".to_owned(), png(middle)?));
         }
         if let Some((_, worst)) = &walked.worst {
+            place("worst-psnr", worst);
             pictures.push(("worst-psnr".to_owned(), png(worst)?));
         }
         let all = inputs.original.triangle_count() as u64;
         let mut certificate = certificate(&walked.frames, &manifest, all, walked.worst.as_ref().map(|w| w.0));
         [certificate["prefetch"], certificate["without_prefetch"]] = played(params, &manifest, &path, pace)?;
+        certificate["panels"] = json!(panels);
         Ok(Out { certificate: json_file(&certificate)?, pictures: List(pictures) })
     }
 }

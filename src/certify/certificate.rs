@@ -4,6 +4,8 @@ use super::{
     about::{Better, Helps, MODES, Measure, measures},
     figures::Figures,
     modes::ModeFigures,
+    per_view::PerView,
+    pictures::Panels,
     requirements::{self, Requirement, Verdict},
     summary,
 };
@@ -174,6 +176,9 @@ pub struct Certificate {
     pub sampling: Sampling,
     /// By the path of the number; a ceiling's numbers mean the same.
     pub about: BTreeMap<&'static str, About>,
+    /// By picture: where original, stand-in and difference lie in it.
+    pub panels: BTreeMap<String, Panels>,
+    pub per_view: PerView,
 }
 
 impl Certificate {

@@ -7,7 +7,8 @@ use super::{
     frame::CropWindow,
     measure::{Reference, Setting, Shot, ViewFigures},
     modes::{ModeFigures, ModeView},
-    pictures::{Caption, sheet},
+    per_view::PerView,
+    pictures::{Caption, Panels, sheet},
     requirements::Verdict,
     shading::{self, Choice},
     views::{self, Sampling},
@@ -161,7 +162,12 @@ pub fn compare(
     };
     let looked_at = judge.look(&frames, &order[..order.len().min(FLIP_VIEWS)], &wanted, &caption)?;
     let flips: Vec<f64> = looked_at.iter().filter_map(|l| l.flip).collect();
-    let pictures = looked_at.into_iter().flat_map(|l| l.pictures).collect();
+    let looked_at = looked_at.into_iter().flat_map(|l| l.pictures);
+    let (mut pictures, mut panels) = (BTreeMap::new(), BTreeMap::new());
+    for (name, picture, places) in looked_at {
+        panels.insert(name.clone(), places);
+        pictures.insert(name, picture);
+    }
 
     let (size, original_size) = (stand_in.size(), original_drawn.size());
     let mut certificate = Certificate {
@@ -204,6 +210,8 @@ pub fn compare(
             region: SampledRegion::of(region),
         },
         about: BTreeMap::new(),
+        panels,
+        per_view: PerView::of(&figures),
     };
     certificate.judge();
     Ok(Comparison { certificate, pictures })
@@ -266,7 +274,7 @@ struct Judged {
 /// A view rendered once more.
 struct Retake {
     flip: Option<f64>,
-    pictures: Vec<(String, Picture)>,
+    pictures: Vec<(String, Picture, Panels)>,
 }
 
 impl<'a> Judge<'a> {
@@ -327,7 +335,10 @@ impl<'a> Judge<'a> {
             let frame = &frames[i];
             let (reference, stand_in) =
                 (self.reference(&frame.window)?, self.shot(self.modes[0].stand_in, &frame.window)?);
-            let picture = |w: &Wanted| (w.name.to_owned(), sheet(&reference, &stand_in, w.focus, &caption(w)));
+            let picture = |w: &Wanted| {
+                let (picture, panels) = sheet(&reference, &stand_in, w.focus, &caption(w));
+                (w.name.to_owned(), picture, panels)
+            };
             Ok(Retake {
                 flip: flips.contains(&i).then(|| flip_of(reference.shot.picture(), stand_in.picture(), frame)),
                 pictures: wanted.iter().filter(|w| w.view == i).map(picture).collect(),

@@ -150,17 +150,25 @@ impl<'a, 'b> Shots<'a, 'b> {
     }
 }
 
+const MISSING: [u8; 3] = [255, 48, 48];
+const EXTRA: [u8; 3] = [80, 128, 255];
+
+/// What the colours of a difference mean.
+pub const LEGEND: [([u8; 3], &str); 3] =
+    [(MISSING, "missing: original only"), (EXTRA, "extra: stand-in only"), ([128; 3], "difference of brightness, 4 ×")];
+
 impl Sheet {
     /// What differs between two shots of one view: missing pixels red, extra ones blue, four times the difference of luminance elsewhere.
     pub fn of(original: &runtime::Shot, stand_in: &runtime::Shot) -> Self {
         let (a, b) = (luminances(&original.picture), luminances(&stand_in.picture));
         let texel = |i: usize| match (original.depth[i].is_finite(), stand_in.depth[i].is_finite()) {
-            (true, false) => [255, 48, 48, 255],
-            (false, true) => [80, 128, 255, 255],
-            _ => {
-                let v = ((a[i] - b[i]).abs() * 4.0).min(255.0) as u8;
-                [v, v, v, 255]
-            }
+            (true, false) => MISSING,
+            (false, true) => EXTRA,
+            _ => [((a[i] - b[i]).abs() * 4.0).min(255.0) as u8; 3],
+        };
+        let texel = |i: usize| {
+            let [r, g, b] = texel(i);
+            [r, g, b, 255]
         };
         let (width, height) = (original.picture.width, original.picture.height);
         let difference = Picture { width, height, texels: (0..a.len()).map(texel).collect() };

@@ -19,6 +19,7 @@ mod measure;
 mod modes;
 mod nearby;
 pub mod parallax;
+mod per_view;
 mod pictures;
 mod requirements;
 mod shading;
@@ -32,6 +33,8 @@ pub use certificate::{About, Bound, Camera, Ceiling, Certificate, Flip, Subject,
 pub use compare::{CompareError, Comparison, Context, Mode, Options, VIEWS_AT_ONCE, compare};
 pub use figures::{Band, Count, Figures, LostDetail, MeanMax, MeanMin, Total, rounded};
 pub use modes::{Everywhere, ModeFigures};
+pub use per_view::PerView;
+pub use pictures::{Panels, legend};
 pub use requirements::{Limits, Requirement, Verdict};
 pub use shading::{Choice, colorless};
 pub use views::Sampling;

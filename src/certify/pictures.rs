@@ -14,6 +14,7 @@ use crate::image::{
     canvas::{Area, CELL, wrap},
     measure::luminance,
 };
+use serde::Serialize;
 
 const PAPER: [u8; 4] = [20, 20, 24, 255];
 const INK: [u8; 4] = [235, 235, 235, 255];
@@ -94,8 +95,25 @@ pub struct Caption {
     pub band_px: u32,
 }
 
-/// The picture of one view. The window is cropped to what either scene covers.
-pub fn sheet(original: &Reference, stand_in: &Shot, focus: Focus, caption: &Caption) -> Picture {
+/// Where the pictures of a view lie in its sheet: left, top, width and height in pixels. Every pixel of the view is a square of `scale` pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Panels {
+    pub scale: u32,
+    pub original: [u32; 4],
+    pub stand_in: [u32; 4],
+    pub difference: [u32; 4],
+}
+
+impl Panels {
+    /// Three pictures of one size side by side, and nothing else.
+    pub fn thirds(width: u32, height: u32) -> Self {
+        let third = |k: u32| [k * width, 0, width, height];
+        Self { scale: 1, original: third(0), stand_in: third(1), difference: third(2) }
+    }
+}
+
+/// The picture of one view, and where in it original, stand-in and difference lie. The window is cropped to what either scene covers.
+pub fn sheet(original: &Reference, stand_in: &Shot, focus: Focus, caption: &Caption) -> (Picture, Panels) {
     let (a, b) = (original.shot.picture(), stand_in.picture());
     let classes = original.classes(stand_in);
     let width = a.width as usize;
@@ -111,7 +129,7 @@ pub fn sheet(original: &Reference, stand_in: &Shot, focus: Focus, caption: &Capt
     let sheet_width = 3 * panel[0] + 4 * GAP;
     let columns = (sheet_width - 2 * GAP) / (CELL * SCALE);
     let above: Vec<String> = caption.lines.iter().flat_map(|l| wrap(l, columns)).collect();
-    let legend = legend(caption.band_px, columns);
+    let legend = legend_lines(caption.band_px, columns);
     let zoomed = zoom.map_or(0, |z| LINE + z.height * ZOOM + GAP);
     let height = GAP + (above.len() + 1 + legend.len()) * LINE + panel[1] + GAP + zoomed + GAP;
     let mut sheet = Picture::filled(sheet_width, height, PAPER);
@@ -124,6 +142,7 @@ pub fn sheet(original: &Reference, stand_in: &Shot, focus: Focus, caption: &Capt
     let enlarged = |factor: usize| if factor == 1 { String::new() } else { format!(", enlarged {factor}x") };
     let far = Picture { texels: difference(a, b, &classes, factor < 4), ..*a };
     let near = Picture { texels: difference(a, b, &classes, false), ..*a };
+    let mut lefts = [0; 3];
     let mut row =
         |y: &mut usize, part: Area, factor: usize, panel: [usize; 2], words: [&str; 3], difference: &Picture| {
             for (k, picture) in [a, b, difference].into_iter().enumerate() {
@@ -132,6 +151,9 @@ pub fn sheet(original: &Reference, stand_in: &Shot, focus: Focus, caption: &Capt
                 let under = if k == 2 { [0, 0, 0, 255] } else { BACKGROUND };
                 sheet.fill(Area { x, y: *y + LINE, width: panel[0], height: panel[1] }, under);
                 let left = x + (panel[0] - part.width * factor) / 2;
+                if part == crop {
+                    lefts[k] = left;
+                }
                 sheet.enlarge(picture, part, factor, left, *y + LINE);
                 if let Some(z) = zoom.filter(|_| part == crop) {
                     let scale = |v: usize, from: usize| (v - from) * factor;
@@ -141,6 +163,7 @@ pub fn sheet(original: &Reference, stand_in: &Shot, focus: Focus, caption: &Capt
             }
             *y += LINE + panel[1] + GAP;
         };
+    let top = y + LINE;
     row(&mut y, crop, factor, panel, ["original", "stand-in", "difference"], &far);
     if let Some(z) = zoom {
         row(&mut y, z, ZOOM, [panel[0], z.height * ZOOM], ["framed part"; 3], &near);
@@ -158,11 +181,19 @@ pub fn sheet(original: &Reference, stand_in: &Shot, focus: Focus, caption: &Capt
         }
         y += LINE;
     }
-    sheet
+    let [original, stand_in, difference] =
+        lefts.map(|left| [left, top, crop.width * factor, crop.height * factor].map(|v| v as u32));
+    (sheet, Panels { scale: factor as u32, original, stand_in, difference })
+}
+
+/// What the colours of a difference mean; paler ones mean the same within the band.
+pub fn legend() -> Vec<([u8; 3], &'static str)> {
+    let grey = ([BRIGHTEST as u8; 3], "difference of brightness, 4 ×");
+    Mark::ALL.into_iter().map(|m| (m.colour(), m.words())).chain([grey]).collect()
 }
 
 /// The entries of the legend in lines: column in characters, swatch, text.
-fn legend(band_px: u32, columns: usize) -> Vec<Vec<(usize, Option<[u8; 3]>, String)>> {
+fn legend_lines(band_px: u32, columns: usize) -> Vec<Vec<(usize, Option<[u8; 3]>, String)>> {
     let mut entries: Vec<(Option<[u8; 3]>, String)> =
         Mark::ALL.into_iter().map(|m| (Some(m.colour()), m.words().to_owned())).collect();
     entries.push((
@@ -331,7 +362,7 @@ mod tests {
 
     #[test]
     fn the_legend_has_every_colour_within_the_width() {
-        let lines = legend(3, 60);
+        let lines = legend_lines(3, 60);
         let swatches: Vec<_> = lines.iter().flatten().filter_map(|e| e.1).collect();
         assert!(Mark::ALL.iter().all(|m| swatches.contains(&m.colour())));
         assert!(lines.iter().flatten().all(|(column, _, text)| column + 3 + text.len() <= 60 || *column == 0));

@@ -9,6 +9,7 @@ use super::{
     pipeline::PipelineArgs,
     print,
     quantity::{bytes, share},
+    report,
     summary::summary,
 };
 use crate::{
@@ -60,6 +61,9 @@ pub struct Args {
     /// How progress is reported [default: bars on a terminal, else plain]
     #[arg(long, value_enum)]
     events: Option<Style>,
+    /// Write no report.html beside the results
+    #[arg(long)]
+    no_report: bool,
     /// Write a trace that chrome://tracing and Perfetto show
     #[arg(long, value_name = "FILE")]
     profile: Option<PathBuf>,
@@ -95,6 +99,7 @@ impl Args {
             overwrite: self.overwrite,
             audit: self.audit.unwrap_or(0.0),
             profile: self.profile.clone(),
+            report: (!self.no_report).then_some(report::html as _),
             ..Options::new(self.cache.folder(), &self.out)
         })
     }

@@ -33,7 +33,7 @@ pub fn run(args: &Args, registry: &Registry) -> Done {
 }
 
 /// An edge: from, to, what flows, whether it is gathered into a list.
-fn edges(plan: &Plan) -> impl Iterator<Item = (OutputRef, usize, String, bool)> + '_ {
+pub fn edges(plan: &Plan) -> impl Iterator<Item = (OutputRef, usize, String, bool)> + '_ {
     plan.nodes.iter().enumerate().flat_map(move |(to, node)| {
         let wired = node.inputs.iter().zip(&node.kind.spec().inputs);
         wired.flat_map(move |(input, port)| {

@@ -17,6 +17,7 @@ mod man;
 mod nodes;
 mod pipeline;
 mod quantity;
+mod report;
 mod scene;
 mod schema;
 pub mod stock;

@@ -8,6 +8,7 @@ use super::{
 use crate::engine::{
     bake::{self, Outcome, Report, Unmet},
     plan::{OutputRef, Plan},
+    publish::page::REPORT,
 };
 use serde_json::Value;
 use std::{collections::BTreeMap, path::Path};
@@ -46,6 +47,10 @@ pub fn summary(plan: &Plan, report: &Report, published: bool) -> String {
     if published && report.outcome == Outcome::NotMet {
         out += &(fill_output(&bake::kept(plan, report)) + "\n");
     }
+    let page = report.folder.join(REPORT);
+    if published && page.is_file() {
+        out += &format!("report: {}\n", page.display());
+    }
     out
 }
 
@@ -79,9 +84,9 @@ fn published_files(folder: &Path) -> Vec<String> {
 }
 
 /// The certificates among the published files: by path, with the output that each is of.
-type Certificates = BTreeMap<String, (OutputRef, Value)>;
+pub type Certificates = BTreeMap<String, (OutputRef, Value)>;
 
-fn certificates(plan: &Plan, folder: &Path, files: &[String]) -> Certificates {
+pub fn certificates(plan: &Plan, folder: &Path, files: &[String]) -> Certificates {
     let mut all = BTreeMap::new();
     for publish in &plan.files {
         let outputs = &plan.nodes[publish.from.node.0 as usize].kind.spec().outputs;

@@ -9,7 +9,9 @@ use super::{
     memory,
     options::Options,
     plan::Plan,
+    present,
     profile::Profile,
+    publish::guard::Guard,
     record::BakeRecord,
     report::{Failure, NodeReport, Outcome, Report},
     schedule::{Pool, Schedule, Setting, Trust},
@@ -74,10 +76,12 @@ impl Attempt<'_> {
         let mut baked = Baked {
             record: BakeRecord::default(),
             unmet: Vec::new(),
+            judged: Vec::new(),
             published: Vec::new(),
             folder,
             accepted: None,
             lock: None,
+            guard: Guard::default(),
         };
         let mut outcome = Outcome::Baked;
         let finished = result.is_ok() && schedule.errors.is_empty() && !self.stop.is_set();
@@ -135,18 +139,26 @@ impl Attempt<'_> {
             outcome,
             nodes,
             errors,
-            unmet: baked.unmet,
+            unmet: std::mem::take(&mut baked.unmet),
+            judged: std::mem::take(&mut baked.judged),
             warnings: warnings + self.warnings,
-            published: baked.published,
+            published: std::mem::take(&mut baked.published),
             files: files.into_iter().collect(),
             audit,
-            folder: baked.folder,
+            folder: baked.folder.clone(),
             accepted: baked.accepted,
             seconds: self.profile.seconds(),
             peak_memory: memory::peak(),
         };
         if let (Outcome::Baked | Outcome::NotMet, Some(lock)) = (outcome, &baked.lock)
             && let Err(e) = deliver::write_note(options, &main, lock, &report)
+        {
+            self.warn(&e.to_string());
+            report.warnings += 1;
+        }
+        if matches!(outcome, Outcome::Baked | Outcome::NotMet)
+            && publishes
+            && let Err(e) = present::present(plan, options, &baked, news, &report, &mut cache, &folder_key)
         {
             self.warn(&e.to_string());
             report.warnings += 1;

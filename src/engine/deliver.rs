@@ -9,7 +9,7 @@ use super::{
     plan::{Bundle, File, OutputRef, Plan, Publish},
     publish::{self, Folder, FolderLock, Manifest, NOTE, Publication, Wanted, guard::Guard, is_read_only, names},
     record::{BakeRecord, Measured, PublishedFile},
-    report::{NodeReport, Outcome, Report, Unmet},
+    report::{Judged, NodeReport, Outcome, Report, Unmet},
     require,
     schedule::Schedule,
 };
@@ -37,11 +37,14 @@ const HELD: usize = 32 << 20;
 pub struct Baked {
     pub record: BakeRecord,
     pub unmet: Vec<Unmet>,
+    pub judged: Vec<Judged>,
     pub published: Vec<String>,
     pub folder: PathBuf,
     pub accepted: Option<SystemTime>,
-    /// Held until `run.json` is written, so that it belongs to the files beside it.
+    /// Held until `run.json` and `report.html` are written, so that they belong to the files beside them.
     pub lock: Option<FolderLock>,
+    /// What the bake has read.
+    pub guard: Guard,
 }
 
 /// Refuses, before anything runs, to publish over what the bake reads or over what is not farfield's.
@@ -132,8 +135,8 @@ pub fn publish_all(
     }
     baked.lock = folder_lock(schedule, &options.out, &plan.name, stop)?;
     let lock = baked.lock.as_ref();
-    let guard = Guard::new(plan.texts.iter().cloned().chain(schedule.files_read()));
-    let folder = Folder { root: &options.out, path: &baked.folder, guard: &guard, overwrite: options.overwrite };
+    baked.guard = Guard::new(plan.texts.iter().cloned().chain(schedule.files_read()));
+    let folder = Folder { root: &options.out, path: &baked.folder, guard: &baked.guard, overwrite: options.overwrite };
     let manifest = Manifest::new(plan, &wanted);
     let mut publication = Publication::new(folder, lock, &manifest, &wanted, schedule.cache)?;
     if baked.unmet.is_empty()
@@ -216,10 +219,12 @@ fn judge(schedule: &mut Schedule, previous: &BakeRecord, baked: &mut Baked) -> R
             };
             baked.record.measured.push(Measured { certificate, path: requirement.path.clone(), number });
             let rejected = baked.folder.join(REJECTED);
-            if let Some(unmet) = require::missed(plan, requirement, &row.name, number, &rejected) {
+            let judged = require::judged(plan, requirement, &row.name, number);
+            if let Some(unmet) = require::missed(plan, requirement, &row.name, &judged, &rejected) {
                 schedule.events.event(&Event::NotMet { node: &unmet.node, text: &require::explain(&unmet) });
                 baked.unmet.push(unmet);
             }
+            baked.judged.push(judged);
         }
     }
     Ok(())

@@ -1,6 +1,6 @@
 //! How to bake.
 
-use super::node::Device;
+use super::{facts::Facts, node::Device};
 use std::{path::PathBuf, sync::Arc};
 
 /// How to bake. None of these may change the bytes that come out.
@@ -28,6 +28,8 @@ pub struct Options {
     pub audit: f64,
     /// Where to write a Chrome trace.
     pub profile: Option<PathBuf>,
+    /// Makes the report that is written beside what was published, as an HTML document without its doctype; `None`: none is written.
+    pub report: Option<fn(&Facts) -> String>,
     /// What kinds are given to compute on ([`super::node::Ctx::device`]).
     pub device: Option<Arc<Device>>,
 }
@@ -47,6 +49,7 @@ impl Options {
             overwrite: false,
             audit: 0.0,
             profile: None,
+            report: None,
             device: None,
         }
     }

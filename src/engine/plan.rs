@@ -28,6 +28,8 @@ pub type Axis = OutputRef;
 pub struct Plan {
     /// `[pipeline] name`: also the folder below `out/`.
     pub name: String,
+    /// `[pipeline] about`, of the file or of the nearest base that has one.
+    pub about: String,
     /// The pipeline file, as given.
     pub file: PathBuf,
     /// In an order in which every node follows what it reads.

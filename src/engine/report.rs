@@ -94,6 +94,35 @@ pub struct Unmet {
     pub accept: String,
 }
 
+/// A bound of `[require]` and what a certificate says of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judged {
+    /// With the certificate's element, where it has one: `evaluate/cell 3,4`.
+    pub node: String,
+    /// Path into the certificate.
+    pub path: String,
+    /// What stands there; absent where the path leads to no number, which misses every bound.
+    pub measured: Option<f64>,
+    pub min: Option<f64>,
+    pub max: Option<f64>,
+    /// What the measure means and its unit, as its kind says; empty where it does not.
+    pub about: String,
+    pub unit: String,
+    pub met: bool,
+}
+
+/// Why a node ran, or gave another result.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reason {
+    pub node: String,
+    /// What it did: `collapse ran for 3 of 7 elements`.
+    pub did: String,
+    /// What had changed of its key.
+    pub cause: String,
+    /// The node from which the change came; absent where it began here.
+    pub from: Option<String>,
+}
+
 /// What came of a bake.
 #[derive(Clone, Debug)]
 pub struct Report {
@@ -102,6 +131,8 @@ pub struct Report {
     pub nodes: Vec<NodeReport>,
     pub errors: Vec<Failure>,
     pub unmet: Vec<Unmet>,
+    /// All bounds of `[require]`, met or not; empty where nothing was published.
+    pub judged: Vec<Judged>,
     pub warnings: usize,
     /// Files written in this bake, below `folder`.
     pub published: Vec<String>,

@@ -3,7 +3,7 @@
 use super::{
     plan::{File, NodeId, Plan, Requirement},
     publish::names,
-    report::Unmet,
+    report::{Judged, Unmet},
     value::{join, shown},
 };
 use serde_json::Value;
@@ -12,10 +12,11 @@ use std::{fmt::Write as _, path::Path};
 /// The number at `path` (members separated by `.`, list items by their number) in a certificate.
 pub fn number(certificate: &File, path: &str) -> Option<f64> {
     let root: Value = serde_json::from_slice(&certificate.bytes).ok()?;
-    find(&root, path)?.as_f64()
+    at(&root, path)?.as_f64()
 }
 
-fn find<'v>(value: &'v Value, path: &str) -> Option<&'v Value> {
+/// The value at `path` (members separated by `.`, list items by their number).
+pub fn at<'v>(value: &'v Value, path: &str) -> Option<&'v Value> {
     let step = |name: &str| match value {
         Value::Object(members) => members.get(name),
         Value::Array(items) => items.get(name.parse::<usize>().ok()?),
@@ -23,38 +24,38 @@ fn find<'v>(value: &'v Value, path: &str) -> Option<&'v Value> {
     };
     // A member's own name may hold a dot.
     let mut dots = path.match_indices('.').map(|(at, _)| at);
-    let deeper = dots.find_map(|at| find(step(&path[..at])?, &path[at + 1..]));
+    let deeper = dots.find_map(|dot| at(step(&path[..dot])?, &path[dot + 1..]));
     deeper.or_else(|| step(path))
 }
 
-/// The bound as unmet, if `measured` misses it. What is not there misses every bound. `row` is the certificate's
-/// element, `folder` where the results will lie.
-pub fn missed(
-    plan: &Plan,
-    requirement: &Requirement,
-    row: &str,
-    measured: Option<f64>,
-    folder: &Path,
-) -> Option<Unmet> {
+/// What `measured` says of a bound. What is not there misses every bound. `row` is the certificate's element.
+pub fn judged(plan: &Plan, requirement: &Requirement, row: &str, measured: Option<f64>) -> Judged {
     let Requirement { from, path, min, max } = requirement;
-    let met = measured.is_some_and(|v| min.is_none_or(|m| v >= m) && max.is_none_or(|m| v <= m));
-    if met {
-        return None;
-    }
     let node = &plan.nodes[from.node.0 as usize];
     let measure = node.kind.spec().measures.iter().find(|m| m.path == *path).cloned().unwrap_or_default();
-    let name = if row.is_empty() { node.name.clone() } else { format!("{}/{}", node.name, shown(row)) };
-    Some(Unmet {
-        node: name,
+    Judged {
+        node: if row.is_empty() { node.name.clone() } else { format!("{}/{}", node.name, shown(row)) },
         path: path.clone(),
         measured,
         min: *min,
         max: *max,
-        picture: measure.picture.and_then(|picture| published(plan, from.node, row, &picture)).map(|p| folder.join(p)),
         about: measure.about,
         unit: measure.unit,
-        accept: format!("--require {}.{path}=off", node.name),
-    })
+        met: measured.is_some_and(|v| min.is_none_or(|m| v >= m) && max.is_none_or(|m| v <= m)),
+    }
+}
+
+/// The bound as unmet, if it is missed. `row` is the certificate's element, `folder` where the results will lie.
+pub fn missed(plan: &Plan, requirement: &Requirement, row: &str, judged: &Judged, folder: &Path) -> Option<Unmet> {
+    if judged.met {
+        return None;
+    }
+    let Judged { node, path, measured, min, max, about, unit, .. } = judged.clone();
+    let from = &plan.nodes[requirement.from.node.0 as usize];
+    let measure = from.kind.spec().measures.iter().find(|m| m.path == path);
+    let picture = measure.and_then(|m| published(plan, requirement.from.node, row, m.picture.as_ref()?));
+    let accept = format!("--require {}.{path}=off", from.name);
+    Some(Unmet { node, path, measured, min, max, about, unit, picture: picture.map(|p| folder.join(p)), accept })
 }
 
 /// The path below the output folder of a picture that node `node` makes beside its certificate.

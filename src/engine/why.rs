@@ -13,12 +13,18 @@ use super::{
     options::Options,
     plan::{OutputRef, Plan},
     record::{BakeRecord, MapRecord, NodeTrace, RunRecord},
+    report::Reason,
     value::{JOIN, PortOut, shown},
 };
-use std::{collections::BTreeMap, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 /// Changed elements that are named before the rest is counted.
 const NAMED: usize = 5;
+
+const SWEPT: &str = "its key changed, but the cache no longer holds what it was made of (a sweep removed it)";
 
 /// Why `what` (`NODE` or `NODE/ELEMENT`) ran when it last did, as a chain up to the cause.
 pub fn why(plan: &Plan, options: &Options, what: &str) -> Result<String, EngineError> {
@@ -32,12 +38,52 @@ pub fn why(plan: &Plan, options: &Options, what: &str) -> Result<String, EngineE
     let mut cache = Cache::open(&options.cache, false)?;
     let folder = folder_key(&options.out.join(&plan.name));
     let BakesOnRecord { records: bakes, forgotten } = cache.bakes(&plan.name, &folder, usize::MAX)?;
-    Teller { plan, cache, bakes, forgotten }.tell(n, element)
+    Teller { plan, cache: &mut cache, bakes, forgotten }.tell(n, element)
+}
+
+/// Why the nodes of the last bake ran that did, in the plan's order, with those above them that passed a change on. `folder` is how records know
+/// the output folder.
+pub fn reasons(plan: &Plan, cache: &mut Cache, folder: &str) -> Result<Vec<Reason>, EngineError> {
+    let BakesOnRecord { records: bakes, forgotten } = cache.bakes(&plan.name, folder, usize::MAX)?;
+    let Some(last) = bakes.first() else { return Ok(Vec::new()) };
+    let ran = |n: &usize| last.node(&plan.nodes[*n].name).is_some_and(|t| t.ran > 0);
+    let mut wanted: BTreeSet<usize> = (0..plan.nodes.len()).filter(ran).collect();
+    let mut teller = Teller { plan, cache, bakes, forgotten };
+    let mut links = BTreeMap::new();
+    // What a node takes stands before it in the plan.
+    while let Some(n) = wanted.pop_last() {
+        let link = teller.link(n, 0)?;
+        wanted.extend(link.from);
+        links.insert(n, link);
+    }
+    let name = |n: usize| plan.nodes[n].name.clone();
+    let reason = |(n, l): (usize, Link)| Reason { node: name(n), did: l.did, cause: l.cause, from: l.from.map(name) };
+    Ok(links.into_iter().map(reason).collect())
+}
+
+/// One step of an explanation.
+struct Link {
+    /// What the node did.
+    did: String,
+    /// Why; empty where nothing is known.
+    cause: String,
+    /// The node from which the change came.
+    from: Option<usize>,
+}
+
+impl Link {
+    fn new(did: impl Into<String>, cause: impl Into<String>) -> Self {
+        Self { did: did.into(), cause: cause.into(), from: None }
+    }
+
+    fn text(&self) -> String {
+        if self.cause.is_empty() { self.did.clone() } else { format!("{}: {}", self.did, self.cause) }
+    }
 }
 
 struct Teller<'a> {
     plan: &'a Plan,
-    cache: Cache,
+    cache: &'a mut Cache,
     /// Newest first.
     bakes: Vec<BakeRecord>,
     /// Whether older records were dropped.
@@ -67,8 +113,8 @@ impl Teller<'_> {
             return Ok(format!("{whole} was a hit in every bake on record{}", self.reach()));
         };
         let mut text = match element {
-            Some(element) => self.chain_of_element(n, element, at)?,
-            None => self.chain(n, at, 0)?,
+            Some(element) => self.link_of_element(n, element, at).and_then(|link| self.chain(link, at))?,
+            None => self.link(n, at).and_then(|link| self.chain(link, at))?,
         };
         if at > 0 && element.is_none() {
             text = format!("{whole} was a hit in the last bake ({at} on record since it ran): {text}");
@@ -94,9 +140,20 @@ impl Teller<'_> {
     }
 
     /// `NODE ran: cause`, followed up the graph.
-    fn chain(&mut self, n: usize, at: usize, depth: usize) -> Result<String, EngineError> {
+    fn chain(&mut self, mut link: Link, at: usize) -> Result<String, EngineError> {
+        let mut text = link.text();
+        while let Some(from) = link.from {
+            link = self.link(from, at)?;
+            text += &format!(" ← {}", link.text());
+        }
+        Ok(text)
+    }
+
+    fn link(&mut self, n: usize, at: usize) -> Result<Link, EngineError> {
         let name = self.plan.nodes[n].name.clone();
-        let (Some(now), before) = self.traces(n, at) else { return Ok(format!("{name} is not on record")) };
+        let (Some(now), before) = self.traces(n, at) else {
+            return Ok(Link::new(format!("{name} is not on record"), ""));
+        };
         let verb = if now.ran > 0 { "ran" } else { "was a hit with another result" };
         let count = if now.mapped && now.ran > 0 {
             format!(" for {} of {} elements", now.ran, now.elements)
@@ -105,32 +162,32 @@ impl Teller<'_> {
         };
         let head = format!("{name} {verb}{count}");
         if !now.note.is_empty() && now.ran > 0 {
-            return Ok(format!("{head}: {}", now.note));
+            return Ok(Link::new(head, now.note));
         }
         let Some(before) = before else {
-            return Ok(format!("{head}: no earlier bake of it is on record{}", self.reach()));
+            return Ok(Link::new(head, format!("no earlier bake of it is on record{}", self.reach())));
         };
         if now.key == before.key && now.variant == before.variant {
-            return Ok(format!("{head}: its result was no longer in the cache"));
+            return Ok(Link::new(head, "its result was no longer in the cache"));
         }
         let (made, old) = (self.made(&now)?, self.made(&before)?);
         let (Some(made), Some(old)) = (made, old) else {
-            return Ok(format!(
-                "{head}: its key changed, but the cache no longer holds what it was made of (a sweep removed it)"
-            ));
+            return Ok(Link::new(head, SWEPT));
         };
-        self.compare(n, at, depth, head, &made, &old)
+        self.compare(n, at, head, &made, &old)
     }
 
-    fn chain_of_element(&mut self, n: usize, element: &str, at: usize) -> Result<String, EngineError> {
+    fn link_of_element(&mut self, n: usize, element: &str, at: usize) -> Result<Link, EngineError> {
         let head = format!("{}/{element}", self.plan.nodes[n].name);
-        let (Some(now), before) = self.traces(n, at) else { return Ok(format!("{head} is not on record")) };
+        let (Some(now), before) = self.traces(n, at) else {
+            return Ok(Link::new(format!("{head} is not on record"), ""));
+        };
         if !now.mapped {
-            return Ok(format!("{head}: the node has no elements"));
+            return Ok(Link::new(head, "the node has no elements"));
         }
         let row = |map: Option<MapRecord>| map.and_then(|m| m.rows.into_iter().find(|r| shown(&r.name) == element));
         let Some(row_now) = row(self.cache.map(&now.key)?) else {
-            return Ok(format!("{head}: there was no such element in that bake"));
+            return Ok(Link::new(head, "there was no such element in that bake"));
         };
         let old = match &before {
             Some(before) => row(self.cache.map(&before.key)?),
@@ -138,35 +195,26 @@ impl Teller<'_> {
         };
         let Some(old) = old else {
             let reach = self.reach();
-            return Ok(format!("{head} ran: the element is new, or no earlier bake of it is on record{reach}"));
+            let cause = format!("the element is new, or no earlier bake of it is on record{reach}");
+            return Ok(Link::new(format!("{head} ran"), cause));
         };
         if old.key == row_now.key {
             return Ok(match now.note.as_str() {
-                "" => format!("{head} was a hit: none of its inputs changed"),
-                note => format!("{head}: {note}"),
+                "" => Link::new(format!("{head} was a hit"), "none of its inputs changed"),
+                note => Link::new(head, note),
             });
         }
         let head = format!("{head} ran");
         let made = self.cache.runs(&row_now.key)?.pop().map(|(_, r)| of_run(r));
         let old = self.cache.runs(&old.key)?.pop().map(|(_, r)| of_run(r));
         let (Some(made), Some(old)) = (made, old) else {
-            return Ok(format!(
-                "{head}: its key changed, but the cache no longer holds what it was made of (a sweep removed it)"
-            ));
+            return Ok(Link::new(head, SWEPT));
         };
-        self.compare(n, at, 0, head, &made, &old)
+        self.compare(n, at, head, &made, &old)
     }
 
-    /// Which field of the key differs; inputs are followed upwards.
-    fn compare(
-        &mut self,
-        n: usize,
-        at: usize,
-        depth: usize,
-        head: String,
-        made: &Made,
-        old: &Made,
-    ) -> Result<String, EngineError> {
+    /// Which field of the key differs, or which input.
+    fn compare(&mut self, n: usize, at: usize, head: String, made: &Made, old: &Made) -> Result<Link, EngineError> {
         let mut causes = Vec::new();
         if made.fixed != old.fixed {
             let (a, b) = (self.cache.fixed(&old.fixed)?, self.cache.fixed(&made.fixed)?);
@@ -176,16 +224,15 @@ impl Teller<'_> {
             causes.extend(files(old, made));
         }
         if !causes.is_empty() {
-            return Ok(format!("{head}: {}", causes.join(", ")));
+            return Ok(Link::new(head, causes.join(", ")));
         }
         for (i, input) in inputs::of_key(self.plan, n).into_iter().enumerate() {
             let Some(from) = input.from.filter(|_| made.inputs.get(i) != old.inputs.get(i)) else { continue };
             let elements = self.elements(from, at)?;
-            let p = from.node.0 as usize;
-            let above = if depth < self.plan.nodes.len() { self.chain(p, at, depth + 1)? } else { String::new() };
-            return Ok(format!("{head}: {} changed{elements} ← {above}", input.describe(self.plan, n)));
+            let cause = format!("{} changed{elements}", input.describe(self.plan, n));
+            return Ok(Link { from: Some(from.node.0 as usize), ..Link::new(head, cause) });
         }
-        Ok(format!("{head}: which elements it takes changed"))
+        Ok(Link::new(head, "which elements it takes changed"))
     }
 
     fn fields(&self, n: usize, old: &Fields, new: &Fields) -> Vec<String> {

@@ -42,6 +42,7 @@ pub struct Host<'s> {
 #[derive(Default)]
 pub struct Draft<'s> {
     pub name: Option<Item<'s>>,
+    pub about: Option<Item<'s>>,
     pub knobs: Items<'s>,
     pub nodes: BTreeMap<&'s str, DraftNode<'s>>,
     /// `[inputs]`, until the draft is joined with those of its parts.
@@ -131,6 +132,8 @@ fn header<'s>(draft: &mut Draft<'s>, section: Item<'s>, top: bool, problems: &mu
         } else if name == "name" && top {
             // A derived pipeline has its own name, or two of one base would share an output folder.
             draft.name = Some(item);
+        } else if name == "about" {
+            draft.about = Some(item);
         }
     }
 }

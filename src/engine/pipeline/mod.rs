@@ -188,7 +188,8 @@ fn resolve<'s>(
     let knobs = draft.knobs.iter().map(|(name, item)| ((*name).to_owned(), value::json(item.value))).collect();
     let plan = plan(links, &order, known, files, bounds)?;
     let given = given(&plan.nodes);
-    Some(Plan { name, file: PathBuf::from(path), texts: sources.files(), knobs, sources: given, doubts, ..plan })
+    let about = draft.about.and_then(|item| item.value.as_str()).unwrap_or_default().to_owned();
+    Some(Plan { name, about, file: PathBuf::from(path), texts: sources.files(), knobs, sources: given, doubts, ..plan })
 }
 
 /// The pipeline's name, which names its folder below `out/`.

@@ -109,7 +109,7 @@ pub fn files(draft: &Draft, links: &Links, known: &[Option<NodeAxes>], problems:
 
 /// Names that Windows keeps for devices, and that we keep for ourselves at the top of the folder.
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
-const OURS: [&str; 3] = ["run.json", "manifest.json", "rejected"];
+const OURS: [&str; 4] = ["run.json", "manifest.json", "report.html", "rejected"];
 
 /// What is wrong with a path below the output folder, and what to do.
 fn check_path(path: &str) -> Result<(), (String, String)> {

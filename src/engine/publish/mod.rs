@@ -8,6 +8,7 @@
 pub mod guard;
 mod manifest;
 pub mod names;
+pub mod page;
 mod staging;
 
 pub use manifest::{MANIFEST, Manifest};
@@ -290,6 +291,7 @@ pub fn retire(folder: Folder, lock: Option<&FolderLock>, cache: &mut Cache) -> R
             delete(&path).map_err(|e| fail(&path, e))?;
         }
     }
+    page::remove(folder)?;
     // Fails where something that is not ours lies in it: that is how it should be.
     let _ = fs::remove_dir(folder.path);
     Ok(())

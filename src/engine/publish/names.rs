@@ -4,7 +4,7 @@ use std::{borrow::Cow, collections::BTreeMap};
 use unicode_normalization::UnicodeNormalization as _;
 
 /// Names that the engine itself writes.
-const OWN: [&str; 4] = ["manifest.json", "run.json", "rejected", ".farfield-pending.json"];
+const OWN: [&str; 5] = ["manifest.json", "run.json", "report.html", "rejected", ".farfield-pending.json"];
 
 /// What is equal for two paths that some system takes for one: case and Unicode's normal forms do not count.
 pub fn folded(path: &str) -> String {
@@ -105,11 +105,14 @@ mod tests {
             "x ",
             "a\u{1}",
             "run.json",
+            "Report.html",
             "Rejected/x",
         ] {
             assert!(bad_path(bad).is_some(), "{bad:?}");
         }
-        for good in ["a.glb", "pictures/cell 3,4.png", "..a", "com.png", "console", "lpt10", "a/run.json"] {
+        for good in
+            ["a.glb", "pictures/cell 3,4.png", "..a", "com.png", "console", "lpt10", "a/run.json", "a/report.html"]
+        {
             assert!(bad_path(good).is_none(), "{good:?}");
         }
         assert!(expand("p/{name}.png", "../x").is_err() && expand("p/{name}.png", "..").is_err());
