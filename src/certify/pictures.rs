@@ -186,10 +186,11 @@ pub fn sheet(original: &Reference, stand_in: &Shot, focus: Focus, caption: &Capt
     (sheet, Panels { scale: factor as u32, original, stand_in, difference })
 }
 
-/// What the colours of a difference mean; paler ones mean the same within the band.
+/// What the colours of a difference mean.
 pub fn legend() -> Vec<([u8; 3], &'static str)> {
+    let paler = (pale(Mark::Missing.colour()), "paler colours: at edges, where outlines may move");
     let grey = ([BRIGHTEST as u8; 3], "difference of brightness, 4 ×");
-    Mark::ALL.into_iter().map(|m| (m.colour(), m.words())).chain([grey]).collect()
+    Mark::ALL.into_iter().map(|m| (m.colour(), m.words())).chain([paler, grey]).collect()
 }
 
 /// The entries of the legend in lines: column in characters, swatch, text.

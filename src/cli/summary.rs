@@ -8,7 +8,7 @@ use super::{
 use crate::engine::{
     bake::{self, Outcome, Report, Unmet},
     plan::{OutputRef, Plan},
-    publish::page::REPORT,
+    publish::page,
 };
 use serde_json::Value;
 use std::{collections::BTreeMap, path::Path};
@@ -47,9 +47,8 @@ pub fn summary(plan: &Plan, report: &Report, published: bool) -> String {
     if published && report.outcome == Outcome::NotMet {
         out += &(fill_output(&bake::kept(plan, report)) + "\n");
     }
-    let page = report.folder.join(REPORT);
-    if published && page.is_file() {
-        out += &format!("report: {}\n", page.display());
+    if published && matches!(page::find(&report.folder), page::Found::Ours(_)) {
+        out += &format!("report: {}\n", report.folder.join(page::REPORT).display());
     }
     out
 }

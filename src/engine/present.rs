@@ -26,8 +26,11 @@ pub fn present(
     cache: &mut Cache,
     folder_key: &str,
 ) -> Result<(), EngineError> {
-    let of = told_of(plan, &baked.record, report);
     let found = page::find(&baked.folder);
+    if options.report.is_none() && found == page::Found::Nothing {
+        return Ok(());
+    }
+    let of = told_of(plan, &baked.record, report);
     if found == page::Found::Ours(of) && !news {
         return Ok(());
     }

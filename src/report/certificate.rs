@@ -16,7 +16,7 @@ const SERIES: [(&str, &str, &str, bool); 17] = [
     ("extra_px", "Beyond the outline", "px", false),
     ("max_deviation_px", "Farthest displacement", "px", false),
     ("coverage_error", "Missing, as a share of the picture", "", false),
-    ("missing", "Missing", "", false),
+    ("missing", "Missing", "px", false),
     ("extra", "Extra", "", false),
     ("hole_px", "Widest hole", "px", false),
     ("triangles", "Triangles in view", "", false),
@@ -84,6 +84,8 @@ pub fn read(path: &str, json: &Value) -> Certificate {
 fn series(of: &'static str, numbers: impl Fn(&str) -> Option<Vec<f64>>) -> Vec<Series> {
     let one = |(name, title, unit, higher_is_better): &(&str, &str, &'static str, bool)| {
         let values = numbers(name).filter(|v| !v.is_empty())?;
+        // A walk counts pixels, other methods give their share.
+        let unit = if of == "frames" && *name == "extra" { "px" } else { unit };
         let title = if of.starts_with("other") { format!("{title}, {of}") } else { (*title).to_owned() };
         Some(Series { title, unit, higher_is_better: *higher_is_better, values, of })
     };

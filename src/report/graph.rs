@@ -26,8 +26,10 @@ pub struct Drawing {
     pub edges: Vec<Vec<[f64; 2]>>,
 }
 
-/// How often the order is improved, and then the positions.
+/// How often the order is improved, down and up.
 const SWEEPS: usize = 12;
+/// How often the positions are, until chains are straight.
+const SETTLE: usize = 80;
 
 /// Something that has a place in a layer: a node, or an edge from a node on its way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -163,7 +165,7 @@ impl Graph {
         count
     }
 
-    /// Centres in x, in the order given and not too near each other: each as near to its neighbours' mean as that allows.
+    /// Centres in x, in the order given and not too near each other, whose edges have small squares of lengths: layer by layer, which converges.
     fn positions(&self, order: &[Vec<Item>], sizes: Sizes) -> BTreeMap<Item, f64> {
         let mut centres: BTreeMap<Item, f64> = BTreeMap::new();
         for layer in order {
@@ -171,21 +173,36 @@ impl Graph {
             let middle = offsets.last().copied().unwrap_or(0.0) / 2.0;
             centres.extend(layer.iter().zip(offsets).map(|(i, o)| (*i, o - middle)));
         }
-        for sweep in 0..2 * SWEEPS {
+        for sweep in 0..2 * SETTLE {
             let down = sweep % 2 == 0;
             let turn: Vec<usize> = if down { (0..order.len()).collect() } else { (0..order.len()).rev().collect() };
             for layer in turn.into_iter().map(|l| &order[l]) {
                 let near = |item: &Item| {
-                    let both = [&self.above, &self.below].into_iter().filter_map(|side| side.get(item));
-                    mean(both.flatten().map(|i| centres[i])).unwrap_or(centres[item])
+                    let both = [&self.above, &self.below].into_iter().filter_map(|side| side.get(item)).flatten();
+                    let (sum, weight) = both.fold((0.0, 0.0), |(sum, weight), other| {
+                        let pull = self.pull(item, other);
+                        (sum + pull * centres[other], weight + pull)
+                    });
+                    if weight > 0.0 { (sum / weight, weight) } else { (centres[item], 1.0) }
                 };
                 let offsets = self.offsets(layer, sizes);
-                let wanted: Vec<f64> = layer.iter().zip(&offsets).map(|(i, o)| near(i) - o).collect();
+                let wanted: Vec<(f64, f64)> =
+                    layer.iter().map(near).zip(&offsets).map(|((x, weight), o)| (x - o, weight)).collect();
                 let found: Vec<f64> = rising(&wanted).into_iter().zip(offsets).map(|(x, o)| x + o).collect();
                 centres.extend(layer.iter().copied().zip(found));
             }
         }
         centres
+    }
+
+    /// How much an edge's length counts: long edges are to be straight.
+    fn pull(&self, a: &Item, b: &Item) -> f64 {
+        let passes = |item: &Item| self.own[item.node] != item.layer;
+        match (passes(a), passes(b)) {
+            (true, true) => 8.0,
+            (false, false) => 1.0,
+            _ => 2.0,
+        }
     }
 
     /// Centres of a layer that is packed closely, the first at 0.
@@ -211,17 +228,17 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0).then(|| sum / f64::from(count))
 }
 
-/// The values that never fall and are nearest to `wanted` by least squares: neighbours that fall are pooled.
-fn rising(wanted: &[f64]) -> Vec<f64> {
-    let mut pools: Vec<(f64, usize)> = Vec::new();
-    for v in wanted {
-        let mut pool = (*v, 1);
-        while let Some((before, n)) = pools.pop_if(|(before, _)| *before > pool.0) {
-            pool = ((before * n as f64 + pool.0 * pool.1 as f64) / (n + pool.1) as f64, n + pool.1);
+/// The values that never fall and are nearest to those wanted, each with its weight, by least squares: neighbours that fall are pooled.
+fn rising(wanted: &[(f64, f64)]) -> Vec<f64> {
+    let mut pools: Vec<(f64, f64, usize)> = Vec::new();
+    for (value, weight) in wanted {
+        let mut pool = (*value, *weight, 1);
+        while let Some((before, w, n)) = pools.pop_if(|p| p.0 > pool.0) {
+            pool = ((before * w + pool.0 * pool.1) / (w + pool.1), w + pool.1, n + pool.2);
         }
         pools.push(pool);
     }
-    pools.into_iter().flat_map(|(v, n)| std::iter::repeat_n(v, n)).collect()
+    pools.into_iter().flat_map(|(v, _, n)| std::iter::repeat_n(v, n)).collect()
 }
 
 #[cfg(test)]
@@ -232,8 +249,10 @@ mod tests {
 
     #[test]
     fn rising_values_are_the_nearest() {
-        assert_eq!(rising(&[1.0, 2.0, 3.0]), [1.0, 2.0, 3.0]);
-        assert_eq!(rising(&[3.0, 1.0, 5.0, 4.0]), [2.0, 2.0, 4.5, 4.5]);
+        let alike = |values: &[f64]| rising(&values.iter().map(|v| (*v, 1.0)).collect::<Vec<_>>());
+        assert_eq!(alike(&[1.0, 2.0, 3.0]), [1.0, 2.0, 3.0]);
+        assert_eq!(alike(&[3.0, 1.0, 5.0, 4.0]), [2.0, 2.0, 4.5, 4.5]);
+        assert_eq!(rising(&[(3.0, 3.0), (1.0, 1.0)]), [2.5, 2.5]);
     }
 
     #[test]

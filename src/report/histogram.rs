@@ -10,6 +10,8 @@ const WIDTH: f64 = 330.0;
 const HEIGHT: f64 = 96.0;
 /// Bins at most.
 const BINS: f64 = 22.0;
+/// Bins for which there is room at least.
+const SLOTS: usize = 10;
 
 /// Bins of equal width from `start` on.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,9 +21,24 @@ struct Bins {
     counts: Vec<usize>,
 }
 
+/// A chart for every measure that differs between views, and in words those that do not.
+pub fn histograms(m: &mut Markup, all: &[Series]) {
+    let differs = |s: &&Series| s.values.iter().any(|v| *v != s.values[0]);
+    let (charts, same): (Vec<&Series>, Vec<&Series>) = all.iter().partition(differs);
+    m.element("div", &[("class", "histograms")], |m| charts.into_iter().for_each(|s| histogram(m, s)));
+    let same = same.into_iter().filter_map(|s| {
+        let value = amount(*s.values.first()?, s.unit);
+        Some(format!("{}: {value} in all {} {}", s.title, s.values.len(), s.of))
+    });
+    let same: Vec<String> = same.collect();
+    if !same.is_empty() {
+        m.with_text("p", &[("class", "dim")], &format!("{}.", same.join("; ")));
+    }
+}
+
 /// One chart with its summary in words.
-pub fn histogram(m: &mut Markup, series: &Series) {
-    let Series { title, unit, higher_is_better, values, of } = series;
+fn histogram(m: &mut Markup, series: &Series) {
+    let Series { title, unit, higher_is_better, values, .. } = series;
     let mut sorted = values.clone();
     sorted.sort_by(f64::total_cmp);
     let (Some(low), Some(high)) = (sorted.first().copied(), sorted.last().copied()) else { return };
@@ -30,22 +47,17 @@ pub fn histogram(m: &mut Markup, series: &Series) {
     m.element("figure", &[("class", "histogram")], |m| {
         m.element("figcaption", &[], |m| {
             m.with_text("b", &[], title);
-            let text = if low == high {
-                format!("{} in all {} {of}", amount(low, unit), values.len())
-            } else {
-                format!("worst {}, median {}", amount(worst, unit), amount(middle, unit))
-            };
+            let text = format!("worst {}, median {}", amount(worst, unit), amount(middle, unit));
             m.with_text("span", &[], &text);
         });
-        if low < high {
-            chart(m, &bins(&sorted, low, high), series);
-        }
+        chart(m, &bins(&sorted, low, high), series);
     });
 }
 
 fn chart(m: &mut Markup, bins: &Bins, series: &Series) {
     let most = bins.counts.iter().copied().max().unwrap_or(0).max(1) as f64;
-    let step = WIDTH / bins.counts.len() as f64;
+    // Few bins leave room at the right instead of being wide.
+    let step = WIDTH / bins.counts.len().max(SLOTS) as f64;
     let frame = format!("0 0 {WIDTH} {}", HEIGHT + 18.0);
     let label = format!("How many {} have which value", series.of);
     m.element("svg", &[("viewBox", &frame), ("role", "img"), ("aria-label", &label)], |m| {
@@ -65,7 +77,8 @@ fn chart(m: &mut Markup, bins: &Bins, series: &Series) {
                 m.with_text("text", &[("class", "most"), ("x", &x), ("y", &y)], &count.to_string());
             }
         }
-        let (right, bottom, below) = (place(WIDTH), place(HEIGHT), place(HEIGHT + 14.0));
+        let length = step * bins.counts.len() as f64;
+        let (right, bottom, below) = (place(length), place(HEIGHT), place(HEIGHT + 14.0));
         m.element("line", &[("class", "axis"), ("x1", "0"), ("x2", &right), ("y1", &bottom), ("y2", &bottom)], |_| {});
         let end = bins.start + bins.counts.len() as f64 * bins.step;
         m.with_text("text", &[("class", "tick"), ("x", "0"), ("y", &below)], &number(bins.start));

@@ -5,7 +5,7 @@ use super::{
     bounds::bounds,
     budget::budget,
     drawing::graph,
-    histogram::histogram,
+    histogram::histograms,
     markup::Markup,
     numbers::{amount, bytes, count, number, seconds},
     reasons::reasons,
@@ -37,9 +37,7 @@ pub fn html(page: &Page) -> String {
             m.element("main", &[], |m| contents(m, page));
             m.element("footer", &[], |m| {
                 m.text(&format!("farfield {}, {}. ", page.version, page.at));
-                m.text(
-                    "Times and hits are of the last bake that changed something; the same numbers for programs are in ",
-                );
+                m.text("Times and hits are of the bake that wrote this page. The same numbers for programs are in ");
                 link(m, "run.json");
                 m.text(", hashes in ");
                 link(m, "manifest.json");
@@ -142,15 +140,12 @@ fn contents(m: &mut Markup, page: &Page) {
     }
     let seen = |c: &Certificate| !c.views.is_empty() || !c.other_pictures.is_empty();
     of_certificates(m, page, ("views", "Views"), seen, |m, k, c| views(m, c, &format!("view-{k}-")));
-    let title = ("errors", "Errors over the views");
     of_certificates(
         m,
         page,
-        title,
+        ("errors", "Errors over the views"),
         |c| !c.series.is_empty(),
-        |m, _, c| {
-            m.element("div", &[("class", "histograms")], |m| c.series.iter().for_each(|s| histogram(m, s)));
-        },
+        |m, _, c| histograms(m, &c.series),
     );
     of_certificates(m, page, ("figures", "Figures"), |c| !c.figures.is_empty(), |m, _, c| figures(m, c));
     section(m, "graph", "Nodes", |m| {
