@@ -89,7 +89,6 @@ pub fn find(parts: &mut Vec<Texts>, stock: &[Stock], sources: &mut Sources, prob
 }
 
 /// The texts of one part, whose number is that of the next.
-#[expect(clippy::too_many_arguments, reason = "what reading needs, and where the part is named")]
 fn part(
     parts: &[Texts],
     parent: usize,

@@ -29,7 +29,8 @@ pub struct Problem {
     /// What to do.
     pub help: Option<String>,
     /// A file beside the texts that it is about: missing, or not what is read there.
-    pub file: Option<PathBuf>,
+    /// Boxed, because few problems have one.
+    pub file: Option<Box<PathBuf>>,
 }
 
 impl Problem {
@@ -50,7 +51,7 @@ impl Problem {
 
     #[must_use]
     pub fn of_file(mut self, path: impl Into<PathBuf>) -> Self {
-        self.file = Some(path.into());
+        self.file = Some(Box::new(path.into()));
         self
     }
 
@@ -85,7 +86,7 @@ impl Problems {
 
     /// The files that must be changed, or be there, before the pipeline can be right: its texts, and what they name.
     pub fn files(&self) -> Vec<PathBuf> {
-        let named = self.list.iter().filter_map(|problem| problem.file.clone());
+        let named = self.list.iter().filter_map(|problem| problem.file.as_deref().cloned());
         self.sources.files().into_iter().chain(named).collect()
     }
 

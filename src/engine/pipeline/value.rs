@@ -283,7 +283,7 @@ impl<'s> Values<'s> {
             format!("{hint}looked for {shown}; {whose}")
         });
         if let Some(problem) = problems.last_mut() {
-            problem.file = Some(path);
+            problem.file = Some(Box::new(path));
         }
         none
     }
