@@ -85,7 +85,9 @@ pub fn run(args: &Args, registry: &Registry) -> Done {
     })?;
     print(&format!("wrote {}\n", shown.display()))?;
     write_schema(&home.join(SCHEMA), registry)?;
-    print(&format!("next: farfield bake {0}, or farfield watch {0} while you edit it\n", shown.display()))
+    let bake = format!("farfield bake {}", shown.display());
+    let watch = format!(", or farfield watch {} while you edit it", shown.display());
+    print(&format!("next: {bake}{}\n", if cfg!(feature = "watch") { &watch } else { "" }))
 }
 
 /// The schema, unless there is a file of that name that is none of ours.
@@ -145,8 +147,8 @@ fn text(method: &str, name: &str, scene: &str, bounds: &Aabb, allow_outside: boo
     let stock = STOCK.iter().find(|(name, _)| *name == method).map_or("", |(_, text)| text);
     let quoted = |text: &str| toml::Value::String(text.to_owned()).to_string();
     let mut out = format!(
-        "#:schema ./{SCHEMA}\n# {about}: the stock pipeline `{method}` with changes. `farfield check` tells mistakes, `farfield graph` shows\n\
-         # all nodes, and `farfield nodes KIND METHOD` what else each of them can be told.\n\n\
+        "#:schema ./{SCHEMA}\n# {about}: the stock pipeline `{method}` with changes.\n\
+         # `farfield check` tells mistakes, `farfield graph` shows all nodes, and `farfield nodes KIND METHOD` what else each can be told.\n\n\
          [pipeline]\nbase = \"{method}\"\nname = {name}   # results go to out/<name>/\n\n[params]\n",
         about = about(stock),
         name = quoted(name),
@@ -204,7 +206,7 @@ fn view_cell(bounds: &Aabb) -> Placed {
     let side = cell.half * 2.0;
     let list = |v: glam::DVec3| v.to_array().map(|x| number(x, side.max_element())).join(", ");
     let nodes = format!(
-        "\n[nodes.cell]   # from where the stand-in must look right: a box, metres, Y up. Proposed from the scene's bounds,\n\
+        "\n[nodes.cell]   # from where the stand-in must look right: a box, metres, Y up. Proposed from the scene's bounds:\n\
          # x {}, y {}, z {}\n\
          centre = [{}]\nsize   = [{}]\n",
         range(bounds, 0),

@@ -188,6 +188,23 @@ mod tests {
             assert!(schema.pointer(&target[1..]).is_some(), "{target}");
         }
     }
+
+    #[test]
+    fn every_key_of_every_node_is_documented() {
+        let schema = of(&crate::nodes::registry());
+        let mut count = 0;
+        for (node, definition) in schema["$defs"].as_object().unwrap() {
+            for (key, value) in definition.get("properties").and_then(Value::as_object).into_iter().flatten() {
+                // A parameter of a documented type of its own may leave the words to it.
+                let told = value.get("description").and_then(Value::as_str).is_some_and(|d| d.len() > 3);
+                let of_type = value["anyOf"].as_array().is_some_and(|any| any.iter().any(|s| s.get("$ref").is_some()));
+                assert!(told || of_type, "{node}: {key}");
+                count += 1;
+            }
+        }
+        assert!(count > 500, "{count}");
+    }
+
     /// What `then` of the schema's conditions for nodes holds for a node of these keys.
     fn chosen<'s>(schema: &'s Value, node: &Value) -> Vec<&'s Value> {
         let all =

@@ -12,13 +12,13 @@ use super::{
     present,
     profile::Profile,
     publish::guard::Guard,
-    record::BakeRecord,
+    record::{BakeRecord, folder_key},
     report::{Failure, NodeReport, Outcome, Report},
     schedule::{Pool, Schedule, Setting, Trust},
     source::lexical,
 };
 use crate::math::Stop;
-use std::{collections::BTreeSet, path::Path, time::SystemTime};
+use std::{collections::BTreeSet, time::SystemTime};
 
 pub struct Attempt<'a> {
     pub plan: &'a Plan,
@@ -169,11 +169,6 @@ impl Attempt<'_> {
 
 fn seconds() -> i64 {
     SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |d| d.as_secs() as i64)
-}
-
-/// How records know an output folder: by its full path.
-pub fn folder_key(folder: &Path) -> String {
-    std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned()).to_string_lossy().into_owned()
 }
 
 fn node(schedule: &Schedule, n: usize) -> NodeReport {

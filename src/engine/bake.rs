@@ -12,7 +12,6 @@ use super::{
     error::EngineError,
     events::{Event, Events},
     memory,
-    pipeline::{elide, nearest},
     plan::Plan,
     profile::Profile,
     publish::names,
@@ -93,16 +92,10 @@ fn named(plan: &Plan, names: &[String]) -> Result<Vec<usize>, EngineError> {
         let before = out.len();
         out.extend(found);
         if out.len() == before {
-            return Err(unknown(plan, name));
+            return Err(EngineError::unknown_node(name, plan.nodes.iter().map(|n| n.name.as_str())));
         }
     }
     Ok(out)
-}
-
-/// The error for a node that is not there, with the nearest name that is.
-pub(super) fn unknown(plan: &Plan, name: &str) -> EngineError {
-    let near = nearest(name, plan.nodes.iter().map(|n| n.name.as_str())).map(str::to_owned);
-    EngineError::UnknownNode { name: elide(name, 80), near }
 }
 
 /// Which nodes `only` asks for: those named and what they need.

@@ -1,5 +1,6 @@
 //! Why the engine itself could not go on. What a kind reports is not here: it fails its node and stands in the report.
 
+use super::suggest::{elide, nearest};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, thiserror::Error)]
@@ -26,6 +27,11 @@ pub enum EngineError {
 }
 
 impl EngineError {
+    /// A node that is not among those `known`, with the nearest name that is.
+    pub fn unknown_node<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Self {
+        Self::UnknownNode { name: elide(name, 80), near: nearest(name, known).map(str::to_owned) }
+    }
+
     /// 2 for a wrong argument (a node, the cache's folder), 130 for an interruption, else 1.
     pub fn exit_code(&self) -> u8 {
         match self {

@@ -5,6 +5,7 @@ use super::{
     value::{PortOut, ValueRef},
     wire::{Reader, RecordPlace, Writer},
 };
+use std::path::Path;
 
 /// A file that a run read through the door, by its path relative to the root file's folder.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -103,6 +104,11 @@ pub struct BakeRecord {
     pub nodes: Vec<NodeTrace>,
     pub files: Vec<PublishedFile>,
     pub measured: Vec<Measured>,
+}
+
+/// How records know an output folder: by its full path.
+pub fn folder_key(folder: &Path) -> String {
+    std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned()).to_string_lossy().into_owned()
 }
 
 fn put_value(w: &mut Writer, v: &ValueRef) {

@@ -2,8 +2,6 @@
 //! the graph to where the change began.
 
 use super::{
-    attempt::folder_key,
-    bake::unknown,
     cache::{BakesOnRecord, Cache, Fields},
     error::EngineError,
     hash::Digest,
@@ -12,7 +10,7 @@ use super::{
     node::Arity,
     options::Options,
     plan::{OutputRef, Plan},
-    record::{BakeRecord, MapRecord, NodeTrace, RunRecord},
+    record::{BakeRecord, MapRecord, NodeTrace, RunRecord, folder_key},
     report::Reason,
     value::{JOIN, PortOut, shown},
 };
@@ -33,7 +31,7 @@ pub fn why(plan: &Plan, options: &Options, what: &str) -> Result<String, EngineE
     let inside = |n: &&usize| what.strip_prefix(&plan.nodes[**n].name).is_some_and(|rest| rest.starts_with('/'));
     let all: Vec<usize> = (0..plan.nodes.len()).collect();
     let found = exact.or_else(|| all.iter().filter(inside).max_by_key(|n| plan.nodes[**n].name.len()).copied());
-    let n = found.ok_or_else(|| unknown(plan, what))?;
+    let n = found.ok_or_else(|| EngineError::unknown_node(what, plan.nodes.iter().map(|n| n.name.as_str())))?;
     let element = (exact.is_none()).then(|| &what[plan.nodes[n].name.len() + 1..]);
     let mut cache = Cache::open(&options.cache, false)?;
     let folder = folder_key(&options.out.join(&plan.name));

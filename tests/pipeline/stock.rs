@@ -43,3 +43,11 @@ fn every_stock_pipeline_has_the_common_knobs() {
         load(&request, &registry).unwrap_or_else(|problems| panic!("{name}\n{problems}"));
     }
 }
+
+/// `farfield nodes --schema > farfield.schema.json` in the repository's folder makes the file for editors.
+#[test]
+fn every_stock_pipeline_names_its_schema() {
+    for (name, text) in STOCK {
+        assert_eq!(text.lines().next(), Some("#:schema ../farfield.schema.json"), "{name}");
+    }
+}

@@ -40,8 +40,8 @@ use turn::{Step, Turn};
 /// A broken file leaves the last good output as it is. Keys, each with Enter: r bakes now, w tells what ran and why, q quits. Ends with 0
 /// after q, with 130 when it is interrupted, and with 2 where there is nothing to watch.
 #[derive(clap::Args)]
-// Groups are named after their structs, and that of `bake` has the same name.
-#[group(id = "watch")]
+// Groups have the names of their structs, and that of `bake` has the same.
+#[group(skip)]
 pub struct Args {
     #[command(flatten)]
     bake: bake::Args,
