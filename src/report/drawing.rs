@@ -12,7 +12,7 @@ const SIZES: Sizes = Sizes { width: 196.0, height: 66.0, gap: [22.0, 34.0], lane
 const MARGIN: f64 = 6.0;
 /// Characters of a name that fit into a box, and of the lines below it.
 const NAME: usize = 24;
-const SMALL: usize = 31;
+const SMALL: usize = 28;
 
 /// The drawing, and the same as a table.
 pub fn graph(m: &mut Markup, page: &Page) {
@@ -103,6 +103,7 @@ fn node(m: &mut Markup, page: &Page, n: usize, corner: [f64; 2], most: f64) {
 
 fn told(runs: u64, hits: u64) -> String {
     match (runs, hits) {
+        (0, 0) => "no elements".to_owned(),
         (0, 1) => "hit".to_owned(),
         (1, 0) => "ran".to_owned(),
         (runs, 0) => format!("{} ran", number(runs as f64)),
