@@ -75,7 +75,7 @@ kinds! {
         /// `view-region`: the places from which a stand-in is looked at, where they are no view cell.
         view_region { path::Path, sphere::Sphere }
         /// `write`: stand-ins as bundles of files that other programs open.
-        write { dmesh::Dmesh, glb::Glb, hybrid_lod::HybridLod, hybrid_lod_cell::HybridLodCell, mix::Mix, octahedral::Octahedral, ori::OriNode, ori_tree::OriTree, sprite::Sprite }
+        write { dmesh::Dmesh, glb::Glb, hybrid_lod::HybridLod, hybrid_lod_cell::HybridLodCell, mix::Mix, mix_objects::MixObjects, octahedral::Octahedral, ori::OriNode, ori_tree::OriTree, sprite::Sprite }
     }
 }
 

@@ -88,6 +88,13 @@ fn one_pipeline_stands_in_two_places_and_parts_hold_parts() {
     assert!(!names(&plan).contains(&"a/x/write") && !names(&plan).contains(&"a/x/load"));
 }
 
+/// An input of a part that nothing needs names a node that is not there either.
+#[test]
+fn what_nothing_needs_is_not_missed() {
+    let text = format!("{ONE}[nodes.idle]\npipeline = \"part\"\n");
+    assert_eq!(names(&sound(&text, &[])), names(&sound(ONE, &[])));
+}
+
 #[test]
 fn a_part_is_mapped_over_the_lists_of_its_parent() {
     let text = "
@@ -125,6 +132,7 @@ fn mistakes_are_named_where_they_are_made() {
         ("scene = \"make\"", "scene = \"mak\"", &["no node `mak`", "did you mean `make`?"]),
         ("meshes = \"far\"", "meshes = \"far.mehses\"", &["has no output `mehses`", "did you mean `meshes`?"]),
         ("meshes = \"far\"", "meshes = \"far/collapse\"", &["no node `far/collapse`"]),
+        ("meshes = \"far\"", "meshes = \"far.glb\"", &["`far/write.file` is a File", "a Mesh comes from `far.meshes`"]),
         ("pipeline = \"part\"", "pipeline = \"part\"\nkind = \"make-scene\"", &["both `kind` and `pipeline`"]),
         ("factor = \"{how}\"", "factor = \"{hows}\"", &["no knob `hows`", "did you mean `how`?"]),
         ("factor = \"{how}\"", "factor = 99", &["`factor` is 99, expected a number in 1 … 8"]),

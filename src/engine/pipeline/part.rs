@@ -287,7 +287,10 @@ pub fn types(draft: &Draft, links: &Links, problems: &mut Vec<Problem>) {
                 continue;
             };
             let who = format!("input `{name}`");
-            let Some(from) = item.value.as_str().and_then(|text| links.find(text, item.place, &who, problems)) else {
+            // What nothing of use reads is not there, and of what is read the reader tells.
+            let mut unread = Vec::new();
+            let told = if links.sources.get(item.place).part == 0 { &mut *problems } else { &mut unread };
+            let Some(from) = item.value.as_str().and_then(|text| links.find(text, item.place, &who, told)) else {
                 continue;
             };
             let Some(spec) = links.output(from.0, from.1).filter(|spec| spec.ty.name != input.ty) else { continue };

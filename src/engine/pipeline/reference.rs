@@ -231,10 +231,21 @@ impl<'s> Links<'s> {
     /// The outputs of type `ty` of nodes other than `at`, for messages.
     pub fn of_type(&self, at: usize, ty: &str) -> String {
         let mut found = Vec::new();
-        for (i, node) in self.nodes.iter().enumerate().filter(|(i, _)| *i != at) {
+        // What the asking text can name: nodes of its own part, and outputs of the parts in it.
+        let part = self.nodes.get(at).map_or(0, |node| node.part);
+        let own = |name: &'s str| self.draft.parts[part].own(std::iter::once(name)).next();
+        for (name, host) in &self.draft.hosts {
+            let Some((name, inner)) = own(name).zip(host.part) else { continue };
+            for (output, item) in &self.draft.parts[inner].outputs {
+                let from = item.value.as_str().and_then(|text| self.find(text, item.place, "", &mut Vec::new()));
+                let fits = from.and_then(|(node, port)| self.output(node, port)).is_some_and(|o| o.ty.name == ty);
+                found.extend(fits.then(|| format!("{name}.{output}")));
+            }
+        }
+        for node in self.nodes.iter().enumerate().filter(|(i, node)| *i != at && node.part == part).map(|(_, n)| n) {
+            let Some(name) = own(node.name) else { continue };
             let outputs = node.info.as_ref().map_or(&[][..], |i| i.outputs());
-            let fitting = outputs.iter().enumerate().filter(|(_, o)| o.ty.name == ty);
-            found.extend(fitting.map(|(port, _)| self.output_name((i, port as u32))));
+            found.extend(outputs.iter().filter(|o| o.ty.name == ty).map(|o| format!("{name}.{}", o.name)));
             if found.len() > 12 {
                 break;
             }

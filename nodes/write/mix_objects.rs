@@ -1,0 +1,130 @@
+//! Stand-ins of objects, and of what is around them, as one bundle.
+
+use super::mix::{Out, Params as MixParams, bundle, folder, memory};
+use crate::{
+    engine::{
+        node::{Ctx, List, Node, NodeError},
+        plan::Bundle,
+    },
+    ports,
+    scene::Scene,
+};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::{collections::BTreeSet, sync::Arc};
+
+/// Writes stand-ins of objects, with one of all that is behind them and what is drawn as it is, as one stand-in that `evaluate` measures as a whole: `mix.json` lists the
+/// parts, as that of `mix` does. The far part of a scene can be a textured depth mesh while objects nearer by are impostors and the nearest are drawn as
+/// they are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Params {
+    /// Marks the materials of `scene` as unlit (KHR_materials_unlit), as those of captured stand-ins are.
+    pub unlit: bool,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { unlit: MixParams::default().unlit }
+    }
+}
+
+ports! {
+    pub struct In {
+        /// What is drawn as it is: `scene.glb`.
+        scene: Option<Arc<Scene>>,
+        /// A stand-in of one piece, in the folder `whole/`.
+        whole: Option<Arc<Bundle>>,
+        /// Stand-ins of objects, each in a folder below `objects/` that has its name, with `-` for what file names cannot hold.
+        objects: List<Bundle, true>,
+    }
+}
+
+pub struct MixObjects;
+
+impl Node for MixObjects {
+    const KIND: &'static str = "write";
+    const METHOD: &'static str = "mix-objects";
+    const VERSION: u32 = 1;
+    type Params = Params;
+    type In = In;
+    type Out = Out;
+
+    fn memory(_: &Params, sizes: &[u64]) -> u64 {
+        memory(sizes)
+    }
+
+    fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
+        let whole = inputs.whole.map(|bundle| ("whole".to_owned(), "whole".to_owned(), bundle));
+        let mut taken = BTreeSet::new();
+        let objects = inputs.objects.0.into_iter().map(|(name, bundle)| {
+            let folder = folder(&name, &mut taken);
+            (name, folder, bundle)
+        });
+        Ok(Out { bundle: Arc::new(bundle(inputs.scene, whole.into_iter().chain(objects), params.unlit, ctx.stop)?) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        engine::plan::File,
+        formats::{GlbOptions, Limits, write_glb},
+        nodes::{contents::Contents, testing::run},
+        runtime::{self, Opened},
+        scene::builtin,
+    };
+    use std::{collections::BTreeMap, path::Path};
+
+    fn bundle(scene: &Scene) -> Arc<Bundle> {
+        let bytes = write_glb(scene, &GlbOptions::default()).unwrap();
+        let file = File { media_type: "model/gltf-binary".into(), bytes };
+        Arc::new(Bundle::new("a.glb", BTreeMap::from([("a.glb".into(), file)])).unwrap())
+    }
+
+    #[test]
+    fn what_is_written_opens_as_one_stand_in() {
+        let car = builtin::make("car", 1).unwrap();
+        let one = |k: usize| bundle(&Scene { objects: vec![car.objects[k].clone()] });
+        let objects = List(vec![("block 1.8/a".into(), one(1)), ("block 1.8:A".into(), one(2))]);
+        let mix = |scene: Option<&Scene>, objects| {
+            let scene = scene.map(|s| Arc::new(s.clone()));
+            run::<MixObjects>(&Params::default(), In { scene, whole: Some(one(0)), objects }).0
+        };
+        let inner = mix(None, objects).unwrap().bundle;
+        let folders: Vec<&str> = inner.files().keys().map(String::as_str).collect();
+        assert_eq!(
+            folders,
+            ["mix.json", "objects/o-block 1-8-A-2/a.glb", "objects/o-block 1-8-a/a.glb", "whole/a.glb"]
+        );
+        // A mix may hold another.
+        let outer = mix(Some(&car), List(vec![("again".into(), inner)])).unwrap().bundle;
+        let opened = runtime::open(Path::new(outer.main()), &Contents(&outer), &Limits::default()).unwrap();
+        assert!(matches!(&opened, Opened::Mix(parts) if parts.len() == 3));
+        let triangles = |k: usize| car.objects[k].triangle_count() as u64;
+        let all = car.triangle_count() as u64 + 2 * triangles(0) + triangles(1) + triangles(2);
+        assert_eq!(opened.modes()[0].1.size().triangles, all);
+    }
+
+    #[test]
+    fn two_methods_are_one_stand_in() {
+        use super::super::mix;
+        let car = builtin::make("car", 1).unwrap();
+        let inputs = |other| mix::In { scene: Some(Arc::new(car.clone())), whole: bundle(&car), other };
+        let files = |other| {
+            let made = run::<mix::Mix>(&MixParams::default(), inputs(other)).0.unwrap().bundle;
+            made.files().keys().cloned().collect::<Vec<_>>()
+        };
+        assert_eq!(files(None), ["mix.json", "scene.glb", "whole/a.glb"]);
+        assert_eq!(files(Some(bundle(&car))), ["mix.json", "other/a.glb", "scene.glb", "whole/a.glb"]);
+    }
+
+    #[test]
+    fn nothing_is_no_mix() {
+        let nothing = In { scene: None, whole: None, objects: List(Vec::new()) };
+        assert!(
+            run::<MixObjects>(&Params::default(), nothing).0.is_err_and(|e| e.to_string().contains("nothing to write"))
+        );
+    }
+}
