@@ -150,6 +150,9 @@ fn mistakes_are_named_where_they_are_made() {
     assert!(wrong(&far("bare")).contains("the pipeline of node `far` has no outputs"));
     let needs = wrong(&far("gather").replace("meshes = \"far\"", "meshes = \"far\"\n[files]\n\"a\" = \"far\""));
     assert!(needs.contains("nothing is plugged into the input `meshes`, and it has no default"), "{needs}");
+    // Help that lists outputs comes to the same dead end.
+    let dead = "[nodes.far]\npipeline = \"through\"\n[nodes.write]\nkind = \"write-glb\"\nmeshes = \"far\"\n";
+    assert!(wrong(dead).contains("nothing is plugged into the input `meshes`"), "{}", wrong(dead));
     // A part that is fed by itself: through its input and its output.
     let round = "[nodes.far]\npipeline = \"through\"\nmeshes = \"far\"\n[nodes.write]\nkind = \"write-glb\"\nmeshes = \"far\"\n";
     assert!(wrong(round).contains("leads back to itself"), "{}", wrong(round));

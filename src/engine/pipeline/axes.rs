@@ -142,7 +142,7 @@ fn per(
     }
     // What a part's parent says holds for those of its nodes that have such lists.
     for (text, place) in links.per_above(at) {
-        let axis = links.find(text, place, "`per`", &mut Vec::new());
+        let axis = links.known(text, place);
         axes.extend(axis.filter(|axis| lists().any(|(_, of_port)| of_port.contains(axis)) && !axes.contains(axis)));
     }
     axes

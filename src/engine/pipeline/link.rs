@@ -116,8 +116,6 @@ impl<'s> Links<'s> {
         if self.draft.parts.len() == 1 {
             return needed;
         }
-        // What is wrong is told when the nodes are linked.
-        let mut ignored = Vec::new();
         let leaving = self.draft.files.values().chain(self.draft.outputs.values()).copied();
         let mut asked: Vec<Item> = leaving.collect();
         let own = (0..self.nodes.len()).filter(|at| self.nodes[*at].part == 0);
@@ -125,7 +123,7 @@ impl<'s> Links<'s> {
         let nodes: Vec<&DraftNode> = self.draft.nodes.values().collect();
         loop {
             while let Some(item) = asked.pop() {
-                let named = item.value.as_str().and_then(|text| self.find(text, item.place, "", &mut ignored));
+                let named = item.value.as_str().and_then(|text| self.known(text, item.place));
                 open.extend(named.map(|(node, _)| node));
             }
             let Some(at) = open.pop() else { return needed };

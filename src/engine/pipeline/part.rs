@@ -287,12 +287,13 @@ pub fn types(draft: &Draft, links: &Links, problems: &mut Vec<Problem>) {
                 continue;
             };
             let who = format!("input `{name}`");
+            let Some(text) = item.value.as_str() else { continue };
             // What nothing of use reads is not there, and of what is read the reader tells.
-            let mut unread = Vec::new();
-            let told = if links.sources.get(item.place).part == 0 { &mut *problems } else { &mut unread };
-            let Some(from) = item.value.as_str().and_then(|text| links.find(text, item.place, &who, told)) else {
-                continue;
+            let from = match links.sources.get(item.place).part {
+                0 => links.find(text, item.place, &who, problems),
+                _ => links.known(text, item.place),
             };
+            let Some(from) = from else { continue };
             let Some(spec) = links.output(from.0, from.1).filter(|spec| spec.ty.name != input.ty) else { continue };
             let whose = if number == 0 { String::new() } else { format!(" of `{}`", part.node) };
             let message = format!(

@@ -128,24 +128,31 @@ impl<'s> Links<'s> {
     /// The output that `text`, "node", "node.output" or an input, names at `place`; `who` asks. `None` without a problem where the node's
     /// kind is unknown.
     pub fn find(&self, text: &str, place: TextSpan, who: &str, problems: &mut Vec<Problem>) -> Option<Output> {
-        self.follow(text, place, who, 0, problems)
+        self.follow(text, place, 0, Some((who, problems)))
     }
 
+    /// The same, and nothing is told of what cannot be found.
+    pub fn known(&self, text: &str, place: TextSpan) -> Option<Output> {
+        self.follow(text, place, 0, None)
+    }
+
+    /// `told`: who asks, and to whom it is told where there is no such output.
     fn follow(
         &self,
         text: &str,
         place: TextSpan,
-        who: &str,
         steps: u32,
-        problems: &mut Vec<Problem>,
+        told: Option<(&str, &mut Vec<Problem>)>,
     ) -> Option<Output> {
         let part = &self.draft.parts[self.sources.get(place).part];
         if steps > STEPS {
+            let (who, problems) = told?;
             problems.push(Problem::at(place, format!("{who}: `{text}` leads back to itself"), "round and round"));
             return None;
         }
         if let Some(input) = part.inputs.get(text) {
             let Some(item) = input.given.or(input.default) else {
+                let (who, problems) = told?;
                 let message = format!("{who}: nothing is plugged into the input `{text}`, and it has no default");
                 let help = match part.node {
                     "" => "a pipeline with such an input is made to be a part of another".to_owned(),
@@ -156,7 +163,7 @@ impl<'s> Links<'s> {
                 problems.push(Problem::at(place, message, "nothing there").also(input.key, "declared here").help(help));
                 return None;
             };
-            return self.follow(item.value.as_str()?, item.place, who, steps + 1, problems);
+            return self.follow(item.value.as_str()?, item.place, steps + 1, told);
         }
         let (name, output) = text.split_once('.').map_or((text, None), |(n, o)| (n, Some(o)));
         let full = part.full(name);
@@ -167,6 +174,7 @@ impl<'s> Links<'s> {
                 None => outputs.first_output(),
             };
             let Some(item) = item else {
+                let (who, problems) = told?;
                 let names = || outputs.outputs.keys().copied();
                 let (message, help) = match output {
                     Some(output) => (
@@ -185,9 +193,10 @@ impl<'s> Links<'s> {
                 problems.push(Problem::at(place, message, "no such output").help(help));
                 return None;
             };
-            return self.follow(item.value.as_str()?, item.place, who, steps + 1, problems);
+            return self.follow(item.value.as_str()?, item.place, steps + 1, told);
         }
         let Some(node) = full.and_then(|full| self.node(full)) else {
+            let (who, problems) = told?;
             if text.starts_with('{') {
                 let help = "a knob holds a value, not a node; write \"node.output\"";
                 problems.push(Problem::at(place, format!("{who} refers to a knob"), "not a node").help(help));
@@ -202,6 +211,7 @@ impl<'s> Links<'s> {
         let info = self.nodes[node].info.as_ref()?;
         let Some(output) = output else {
             if info.outputs().is_empty() {
+                let (who, problems) = told?;
                 let message = format!("{who}: node `{name}` has no output");
                 problems.push(Problem::at(place, message, "nothing comes out"));
             }
@@ -210,6 +220,7 @@ impl<'s> Links<'s> {
         if let Some(port) = info.outputs().iter().position(|o| o.name == output) {
             return Some((node, port as u32));
         }
+        let (who, problems) = told?;
         let names = || info.outputs().iter().map(|o| o.name);
         let help = format!(
             "{}`{name}` is a `{}` and has the outputs {}",
@@ -237,7 +248,7 @@ impl<'s> Links<'s> {
         for (name, host) in &self.draft.hosts {
             let Some((name, inner)) = own(name).zip(host.part) else { continue };
             for (output, item) in &self.draft.parts[inner].outputs {
-                let from = item.value.as_str().and_then(|text| self.find(text, item.place, "", &mut Vec::new()));
+                let from = item.value.as_str().and_then(|text| self.known(text, item.place));
                 let fits = from.and_then(|(node, port)| self.output(node, port)).is_some_and(|o| o.ty.name == ty);
                 found.extend(fits.then(|| format!("{name}.{output}")));
             }
