@@ -4,7 +4,7 @@
 //! d(ω) be the distance of the first surface in direction ω from the cell's centre O, and P a point behind it: |P| > d. Walk from P towards an eye E of
 //! the cell. The walk begins behind the first surface and ends before it, for no occluder reaches into the cell. So it meets the surface, and E does not see
 //! P, unless d jumps where the walk passes: from a near surface at depth a to a far one, while the walk is between. It jumps at borders of
-//! surfaces only ([`Patches`](super::occluder::Patches)), and a walk that is no nearer than a deviates from P's place in the picture by at most
+//! surfaces only ([`Patches`]), and a walk that is no nearer than a deviates from P's place in the picture by at most
 //!
 //! (e − s·e_z) · (Z − a) / (a·(Z − e_z))
 //!
