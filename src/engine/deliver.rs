@@ -110,12 +110,13 @@ pub fn publish_all(
     let mut wanted = Vec::new();
     // Files pass one by one: all hashes must be known before the first is written, so what was read for its hash is read again, unless it is
     // small.
+    let mut last = None;
     let (mut loaded, mut bytes_loaded): (BTreeMap<usize, Vec<u8>>, usize) = (BTreeMap::new(), 0);
     for (at, out) in files.iter().enumerate() {
         let (file, size) = match out.known {
             Some(known) => known,
             None => {
-                let bytes = out.bytes(schedule)?;
+                let bytes = out.bytes(schedule, &mut last)?;
                 let known = (Digest::of(&bytes), bytes.len() as u64);
                 if bytes_loaded + bytes.len() <= HELD {
                     bytes_loaded += bytes.len();
@@ -147,7 +148,7 @@ pub fn publish_all(
     for at in publication.missing.clone() {
         let bytes = match loaded.remove(&at) {
             Some(bytes) => bytes,
-            None => files[at].bytes(schedule)?,
+            None => files[at].bytes(schedule, &mut last)?,
         };
         publication.stage(at, &bytes)?;
     }
@@ -244,11 +245,19 @@ struct Outgoing {
 }
 
 impl Outgoing {
-    fn bytes(&self, schedule: &mut Schedule) -> Result<Vec<u8>, EngineError> {
+    /// `last`: the bundle that was read last, for its files follow each other.
+    fn bytes(&self, schedule: &mut Schedule, last: &mut Option<(Digest, Arc<Bundle>)>) -> Result<Vec<u8>, EngineError> {
         if self.part.is_empty() {
             return Ok(load::<File>(schedule, self.from, &self.row, self.value)?.bytes.clone());
         }
-        let bundle = load::<Bundle>(schedule, self.from, &self.row, self.value)?;
+        let bundle = match last {
+            Some((value, bundle)) if *value == self.value => Arc::clone(bundle),
+            _ => {
+                let bundle = load::<Bundle>(schedule, self.from, &self.row, self.value)?;
+                *last = Some((self.value, Arc::clone(&bundle)));
+                bundle
+            }
+        };
         let file = bundle.files().get(&self.part);
         Ok(file.ok_or_else(|| EngineError::Again(format!("a bundle lost its file `{}`", self.part)))?.bytes.clone())
     }
