@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::{collections::BTreeMap, sync::Arc};
 
 /// Leaves out objects that others hide from every point of a view cell. What is left out is hidden for certain; what stays may still be hidden. Objects narrower
-/// than the cell hide little and cost nothing: their shadows end where those of the cell's sides meet. Materials with holes hide nothing. Insert it between
+/// than the cell hide little and are not drawn: their shadows end where those of the cell's sides meet. Materials with holes hide nothing. Insert it between
 /// `separate-placement` and `classify-occlusion`. Source: Chen et al. 2003, section 3.1.7; the test is farfield's own (docs/hybrid-lod.md).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
