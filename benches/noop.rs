@@ -116,6 +116,7 @@ fn check(text: &str) -> Plan {
         require: &[],
         name: None,
         stock: &[],
+        row: None,
         everywhere: &[],
     };
     load_text("test.toml", text, &request, &registry()).unwrap_or_else(|problems| panic!("{problems}"))

@@ -93,6 +93,7 @@ fn check(text: &str) -> Plan {
         stock: &[],
         require: &[],
         name: None,
+        row: None,
         everywhere: &[],
     };
     load_text("tree.toml", text, &request, &registry).unwrap_or_else(|problems| panic!("{problems}"))

@@ -27,6 +27,7 @@ macro_rules! kinds {
 
 kinds! {
     one method {
+        choose::Choose,
         classify_occlusion::ClassifyOcclusion,
         classify_points::ClassifyPoints,
         collide_sprites::CollideSprites,
@@ -46,6 +47,7 @@ kinds! {
         separate_placement::SeparatePlacement,
         split_objects::SplitObjects,
         split_region::SplitRegion,
+        take_chosen::TakeChosen,
         view_cell::ViewCell,
         voxel_mesh::VoxelMeshNode,
     }

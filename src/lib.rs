@@ -6,6 +6,7 @@ pub mod array;
 pub mod atlas;
 pub mod capture;
 pub mod certify;
+pub mod choice;
 pub mod cli;
 pub mod depth_mesh;
 pub mod engine;

@@ -104,6 +104,7 @@ fn plan() -> Plan {
         require: &[],
         name: None,
         stock: &[],
+        row: None,
         everywhere: &[],
     };
     load_text("kinds.toml", &text, &request, &nodes::registry()).unwrap_or_else(|problems| panic!("{problems}"))

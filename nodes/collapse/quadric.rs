@@ -7,8 +7,10 @@ use crate::{
     mesh::simplify::{Goal, Surface, compact, simplify},
     ports,
     scene::{Mesh, Object, Part, Scene},
+    view::Cell,
 };
 use bytemuck::Pod;
+use glam::DVec3;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -28,6 +30,15 @@ pub struct Params {
     /// How far the surface may move, metres, above 0; it then keeps more triangles than asked for where it must. No bound where there is none.
     #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "m"))]
     pub error: Option<f64>,
+    /// How far the surface of each object may move in pictures from the cell, pixels, above 0; then at least 4 triangles of a mesh are kept. Needs `cell`.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "x-unit" = "px"))]
+    pub pixels: Option<f64>,
+    /// Width of these pictures, pixels.
+    #[schemars(range(min = 1), extend("x-unit" = "px"))]
+    pub resolution: u32,
+    /// Field of view of these pictures, degrees, more than 0 and less than 180.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 180.0, "x-unit" = "degrees"))]
+    pub fov: f64,
     /// What attributes count beside the shape, 0 or more: at 1 a difference of 1 in a normal's, a colour's or a texture coordinate's component
     /// counts as a displacement by the mesh's extent.
     #[schemars(range(min = 0.0))]
@@ -38,7 +49,16 @@ pub struct Params {
 
 impl Default for Params {
     fn default() -> Self {
-        Self { ratio: 0.5, triangles: None, error: None, attributes: 0.1, lock_border: false }
+        Self {
+            ratio: 0.5,
+            triangles: None,
+            error: None,
+            pixels: None,
+            resolution: 1024,
+            fov: 45.0,
+            attributes: 0.1,
+            lock_border: false,
+        }
     }
 }
 
@@ -46,6 +66,8 @@ ports! {
     pub struct In {
         /// What to simplify.
         scene: Arc<Scene>,
+        /// From where `pixels` are seen.
+        cell: Option<Arc<Cell>>,
     }
 }
 
@@ -76,10 +98,17 @@ impl Node for Quadric {
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
         let scene = &*inputs.scene;
         let before = scene.triangle_count();
+        let cell = match (params.pixels, inputs.cell.as_deref()) {
+            (Some(_), None) => {
+                return Err(NodeError::Failed("`pixels` needs the port `cell`: from where are they seen?".into()));
+            }
+            (None, Some(_)) => return Err(NodeError::Failed("`cell` is connected, and no `pixels` are given".into())),
+            (_, cell) => cell,
+        };
         let ratio = params.triangles.map_or(params.ratio, |n| (f64::from(n) / before.max(1) as f64).min(1.0));
-        let simple = collapse(scene, ratio, params, ctx.stop)?;
+        let simple = collapse(scene, ratio, params, cell, ctx.stop)?;
         let (left, asked) = (simple.triangle_count(), (ratio * before as f64).round() as usize);
-        if params.error.is_none() && left as f64 > 1.1 * asked as f64 {
+        if params.error.is_none() && params.pixels.is_none() && left as f64 > 1.1 * asked as f64 {
             (ctx.warn)(format!(
                 "{left} of {before} triangles are left, {asked} were asked for: seams and topology allow no fewer"
             ));
@@ -88,27 +117,27 @@ impl Node for Quadric {
     }
 }
 
-/// Simplifies each mesh once, however many parts show it, within the error of its largest copy.
-fn collapse(scene: &Scene, ratio: f64, params: &Params, stop: &Stop) -> Result<Scene, Stopped> {
+/// Simplifies each mesh once, however many parts show it, within the least error that one of its copies allows.
+fn collapse(scene: &Scene, ratio: f64, params: &Params, cell: Option<&Cell>, stop: &Stop) -> Result<Scene, Stopped> {
     let mut number: BTreeMap<usize, usize> = BTreeMap::new();
     let mut meshes: Vec<(&Mesh, f64)> = Vec::new();
     let mut shown: Vec<usize> = Vec::new();
     for object in &scene.objects {
-        let scale = scale(object);
+        let error = allowed(object, params, cell) / scale(object);
         for part in &object.parts {
             let at = *number.entry(Arc::as_ptr(&part.mesh).addr()).or_insert(meshes.len());
             match meshes.get_mut(at) {
-                Some((_, largest)) => *largest = largest.max(scale),
-                None => meshes.push((&part.mesh, scale)),
+                Some((_, least)) => *least = least.min(error),
+                None => meshes.push((&part.mesh, error)),
             }
             shown.push(at);
         }
     }
-    let one = |(mesh, scale): &(&Mesh, f64)| {
+    let least = if params.pixels.is_some() { 4 } else { 0 };
+    let one = |(mesh, error): &(&Mesh, f64)| {
         stop.check()?;
-        let error = params.error.map_or(f32::INFINITY, |e| (e / scale) as f32);
-        let triangles = (mesh.triangles.len() as f64 * ratio).ceil() as usize;
-        let goal = Goal { triangles, error, lock_border: params.lock_border };
+        let triangles = ((mesh.triangles.len() as f64 * ratio).ceil() as usize).max(least);
+        let goal = Goal { triangles, error: *error as f32, lock_border: params.lock_border };
         Ok(Arc::new(fewer(mesh, &goal, params.attributes as f32)))
     };
     let simple: Vec<Arc<Mesh>> = meshes.par_iter().map(one).collect::<Result<_, Stopped>>()?;
@@ -123,6 +152,18 @@ fn collapse(scene: &Scene, ratio: f64, params: &Params, stop: &Stop) -> Result<S
         }
     }
     Ok(Scene { objects })
+}
+
+/// How far the object's surface may move, metres.
+fn allowed(object: &Object, params: &Params, cell: Option<&Cell>) -> f64 {
+    let seen = cell.zip(params.pixels).map_or(f64::INFINITY, |(cell, pixels)| {
+        let (low, high) = (cell.centre - cell.half, cell.centre + cell.half);
+        let bounds = object.bounds();
+        // Between two boxes, axis by axis.
+        let gap = (bounds.min - high).max(low - bounds.max).max(DVec3::ZERO);
+        pixels * 2.0 * libm::tan(params.fov.to_radians() * 0.5) / f64::from(params.resolution) * gap.length()
+    });
+    params.error.unwrap_or(f64::INFINITY).min(seen)
 }
 
 /// The largest factor by which the object's place stretches a length along its axes.
@@ -176,7 +217,7 @@ mod tests {
 
     fn run(scene: &Scene, params: &Params) -> Scene {
         let ratio = params.triangles.map_or(params.ratio, |n| f64::from(n) / scene.triangle_count() as f64);
-        collapse(scene, ratio, params, &Stop::default()).unwrap()
+        collapse(scene, ratio, params, None, &Stop::default()).unwrap()
     }
 
     #[test]
@@ -226,6 +267,36 @@ mod tests {
         object.transform = other.transform;
         assert_eq!(large.objects[0].parts[0].mesh, within(&[&object], 0.05).objects[0].parts[0].mesh);
         assert!(large.triangle_count() > both.triangle_count());
+    }
+
+    #[test]
+    fn pixels_are_those_of_the_nearest_point_of_the_cell() {
+        let scene = builtin::make("car", 1).unwrap();
+        let size = scene.bounds().diagonal();
+        let params = Params { ratio: 0.0, pixels: Some(1.0), attributes: 0.0, ..Params::default() };
+        let count = |distance: f64| {
+            let half = DVec3::splat(0.5);
+            let centre = DVec3::new(scene.bounds().max.x + distance * size + 0.5, 0.5, 0.0);
+            collapse(&scene, 0.0, &params, Some(&Cell { centre, half }), &Stop::default()).unwrap().triangle_count()
+        };
+        let counts = [0.0, 1.0, 30.0, 1e4].map(count);
+        assert!(counts.windows(2).all(|w| w[0] >= w[1]) && counts[0] > counts[2], "{counts:?}");
+        assert!(counts[3] > 0, "something is left of everything");
+        let distance = 5.0;
+        let cell =
+            Cell { centre: DVec3::new(scene.objects[0].bounds().max.x + distance, 0.0, 0.0), half: DVec3::splat(0.1) };
+        let per_pixel = 2.0 * libm::tan(params.fov.to_radians() * 0.5) / f64::from(params.resolution);
+        let nearest =
+            cell.centre.clamp(scene.objects[0].bounds().min, scene.objects[0].bounds().max).distance(cell.centre);
+        let allowed = allowed(&scene.objects[0], &params, Some(&cell));
+        assert!((allowed - per_pixel * (nearest - 0.1)).abs() < 0.05 * allowed, "{allowed}");
+        // Neither goes without the other.
+        let said = |pixels, cell: Option<Cell>| {
+            let params = Params { pixels, ..Params::default() };
+            let inputs = In { scene: Arc::new(scene.clone()), cell: cell.map(Arc::new) };
+            crate::nodes::testing::run::<Quadric>(&params, inputs).0.map(|_| ()).unwrap_err().to_string()
+        };
+        assert!(said(Some(1.0), None).contains("port `cell`") && said(None, Some(cell)).contains("no `pixels`"));
     }
 
     #[test]

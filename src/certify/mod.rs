@@ -37,6 +37,7 @@ pub use per_view::PerView;
 pub use pictures::{Panels, legend};
 pub use requirements::{Limits, Requirement, Verdict};
 pub use shading::{Choice, colorless};
+pub use summary::grouped;
 pub use views::Sampling;
 
 #[cfg(test)]

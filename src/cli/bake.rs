@@ -3,6 +3,7 @@
 use super::{
     Done, Exit,
     backend::{BackendArgs, Chosen},
+    batch,
     events::{self, Style},
     folders::CacheArg,
     interrupt,
@@ -20,7 +21,7 @@ use crate::{
     },
     math::Stop,
 };
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Bakes a pipeline; takes from the cache what did not change
 #[derive(clap::Args)]
@@ -64,6 +65,9 @@ pub struct Args {
     /// Write no report.html beside the results
     #[arg(long)]
     no_report: bool,
+    /// Of a pipeline with [batch] only this row. May be given several times
+    #[arg(long, value_name = "NAME")]
+    row: Vec<String>,
     /// Write a trace that chrome://tracing and Perfetto show
     #[arg(long, value_name = "FILE")]
     profile: Option<PathBuf>,
@@ -72,6 +76,12 @@ pub struct Args {
 pub fn run(args: &Args, registry: &Registry) -> Done {
     let plan = args.pipeline.load(registry)?;
     let backend = args.backend.open()?;
+    if !plan.rows.is_empty() {
+        return batch::run(args, &plan, &backend, registry);
+    }
+    if let Some(row) = args.row.first() {
+        return Err(Exit::say(2, format!("--row {row}: the pipeline has no [batch]")));
+    }
     let options = args.options(&plan, &backend)?;
     let stop = interrupt::stop()?;
     let report = args.bake(&plan, &options, &backend, &stop)?;
@@ -104,6 +114,34 @@ impl Args {
         })
     }
 
+    /// The rows of a batch that are asked for; none: all.
+    pub fn rows(&self) -> &[String] {
+        &self.row
+    }
+
+    /// The folder of the results.
+    pub fn out(&self) -> &Path {
+        &self.out
+    }
+
+    pub fn overwrites(&self) -> bool {
+        self.overwrite
+    }
+
+    pub fn traces(&self) -> bool {
+        self.profile.is_some()
+    }
+
+    /// Whether results leave the cache.
+    pub fn publishes(&self) -> bool {
+        !self.dry_run && self.only.is_empty()
+    }
+
+    /// Whether people are told what happens.
+    pub fn speaks(&self) -> bool {
+        !matches!(self.style(), Style::Json)
+    }
+
     fn style(&self) -> Style {
         self.events.unwrap_or_else(Style::of_terminal)
     }
@@ -119,7 +157,7 @@ impl Args {
     pub fn tell(&self, plan: &Plan, report: &Report) -> Done {
         if self.dry_run {
             print(&forecast(report))
-        } else if !matches!(self.style(), Style::Json) {
+        } else if self.speaks() {
             print(&summary(plan, report, self.only.is_empty()))
         } else {
             Ok(())

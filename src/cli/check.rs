@@ -1,7 +1,7 @@
 //! `farfield check`.
 
-use super::{Done, pipeline::PipelineArgs, print};
-use crate::engine::{plan::Plan, registry::Registry};
+use super::{Done, pipeline::PipelineArgs, print, terminal::say};
+use crate::engine::{pipeline::name_list, plan::Plan, registry::Registry};
 
 /// Checks a pipeline without running anything
 #[derive(clap::Args)]
@@ -13,7 +13,12 @@ pub struct Args {
 pub fn run(args: &Args, registry: &Registry) -> Done {
     let plan = args.pipeline.load(registry)?;
     for doubt in &plan.doubts {
-        super::terminal::say(super::terminal::fill(&format!("warning: {doubt}")));
+        say(super::terminal::fill(&format!("warning: {doubt}")));
+    }
+    // Mistakes of a row are those of the file.
+    for row in 0..plan.rows.len() {
+        let told = |_: &_| say(format!("in the row `{}` of [batch]", plan.rows[row]));
+        args.pipeline.load_row(row, registry).inspect_err(told)?;
     }
     print(&summary(&plan))
 }
@@ -27,6 +32,13 @@ fn summary(plan: &Plan) -> String {
         out += &format!(" ({mapped} mapped over lists)");
     }
     out += &format!(", {}, {}\n", many(plan.files.len(), "file"), many(plan.require.len(), "requirement"));
+    if !plan.rows.is_empty() {
+        out += &format!(
+            "  [batch] bakes it {} times: {}\n",
+            plan.rows.len(),
+            name_list(plan.rows.iter().map(String::as_str))
+        );
+    }
     for file in &plan.files {
         let node = &plan.nodes[file.from.node.0 as usize];
         let port = node.kind.spec().outputs[file.from.port as usize].name;

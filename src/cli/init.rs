@@ -75,8 +75,16 @@ pub fn run(args: &Args, registry: &Registry) -> Done {
         _ => Aabb::EMPTY,
     };
     let text = text(&args.method, &name, &scene, &bounds, args.allow_outside);
-    let request =
-        Request { file: "", folder: &home, set: &[], require: &[], name: None, stock: STOCK, everywhere: &[] };
+    let request = Request {
+        file: "",
+        folder: &home,
+        set: &[],
+        require: &[],
+        name: None,
+        row: None,
+        stock: STOCK,
+        everywhere: &[],
+    };
     let file_name = file.file_name().unwrap_or_default().to_string_lossy();
     load_text(&file_name, &text, &request, registry).map_err(|problems| pipeline::report(&problems))?;
     write(&file, &text, args.overwrite).map_err(|e| match e.kind() {
@@ -297,6 +305,7 @@ mod tests {
                     require: &[],
                     name: None,
                     stock: STOCK,
+                    row: None,
                     everywhere: &[],
                 };
                 let plan = load_text("park.toml", &text, &request, &registry);

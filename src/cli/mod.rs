@@ -3,6 +3,7 @@
 
 mod backend;
 mod bake;
+mod batch;
 mod cache;
 mod check;
 mod compare;

@@ -136,7 +136,8 @@ fn port_type(port: &PortSpec, input: bool) -> String {
     match (port.arity, input) {
         (Arity::One, _) => port.ty.name.to_owned(),
         (Arity::Optional, _) => format!("{}, may be left out", port.ty.name),
-        (Arity::Many { may_be_empty: true }, _) => format!("list of {}, may be empty", port.ty.name),
+        (Arity::Many { may_be_absent: true, .. }, _) => format!("list of {}, may be left out", port.ty.name),
+        (Arity::Many { may_be_empty: true, .. }, _) => format!("list of {}, may be empty", port.ty.name),
         (Arity::Many { .. }, true) => format!("list of {}, at least one", port.ty.name),
         (Arity::Many { .. }, false) => format!("list of {}", port.ty.name),
     }

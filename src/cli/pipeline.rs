@@ -36,8 +36,22 @@ impl PipelineArgs {
         self.read(registry)?.map_err(|problems| report(&problems))
     }
 
+    /// The checked plan of a batch's row; what is wrong goes to standard error.
+    pub fn load_row(&self, row: usize, registry: &Registry) -> Result<Plan, Exit> {
+        self.read_row(row, registry)?.map_err(|problems| report(&problems))
+    }
+
+    /// The checked plan of a batch's row, or what is wrong with it.
+    pub fn read_row(&self, row: usize, registry: &Registry) -> Result<Result<Plan, Problems>, Exit> {
+        self.resolve(Some(row), registry)
+    }
+
     /// The checked plan, or what is wrong with it.
     pub fn read(&self, registry: &Registry) -> Result<Result<Plan, Problems>, Exit> {
+        self.resolve(None, registry)
+    }
+
+    fn resolve(&self, row: Option<usize>, registry: &Registry) -> Result<Result<Plan, Problems>, Exit> {
         let folder = std::env::current_dir().map_err(|e| Exit::say(2, format!("no working folder: {e}")))?;
         let everywhere = [("allow_outside", serde_json::Value::Bool(true))];
         let request = Request {
@@ -47,6 +61,7 @@ impl PipelineArgs {
             require: &self.require,
             name: self.name.as_deref(),
             stock: STOCK,
+            row,
             everywhere: if self.allow_outside { &everywhere } else { &[] },
         };
         Ok(pipeline::load(&request, registry))

@@ -67,6 +67,10 @@ pub fn of(registry: &Registry) -> Value {
                 "additionalProperties": or_removed(reference.clone()) },
             "files": { "type": "object", "description": "Path below `out/NAME/` to an output of type File; {name} stands for an element's name.",
                 "additionalProperties": or_removed(reference) },
+            "batch": { "description": "Bakes the pipeline several times: lists of values give every combination, tables give the bakes one by one.", "anyOf": [
+                { "type": "object", "additionalProperties": { "type": "array", "minItems": 1, "description": "Values of a knob, or of \"node.param\"." } },
+                { "type": "array", "items": { "type": "object", "properties": { "name": text("Names the bake's folder.") } } }
+            ] },
             "require": { "type": "object", "description": "Bounds on the certificate of a node.", "additionalProperties":
                 or_removed(json!({ "type": "object", "additionalProperties": or_removed(bound) })) }
         },
@@ -138,11 +142,17 @@ fn node(spec: &KindSpec) -> Value {
 fn port_schema(port: &PortSpec) -> Value {
     let many = if matches!(port.arity, Arity::Many { .. }) { "list of " } else { "" };
     let reference = json!({ "type": "string", "pattern": "^[A-Za-z0-9_/-]+(\\.[A-Za-z0-9_]+)?$" });
-    json!({
-        "description": format!("{} ({many}{})", port.doc, port.ty.name),
-        "anyOf": [reference, { "type": "object", "additionalProperties": false, "required": ["from"],
-            "properties": { "from": reference, "via": reference } }]
-    })
+    let mut ways = vec![
+        reference.clone(),
+        json!({ "type": "object", "additionalProperties": false, "required": ["from"],
+            "properties": { "from": reference, "via": reference } }),
+    ];
+    if !many.is_empty() {
+        // Several outputs under names of their own.
+        ways.push(json!({ "type": "object", "minProperties": 1, "additionalProperties": reference,
+            "not": { "anyOf": [{ "required": ["from"] }, { "required": ["via"] }] } }));
+    }
+    json!({ "description": format!("{} ({many}{})", port.doc, port.ty.name), "anyOf": ways })
 }
 
 /// `schema` with its references to the kind's definitions turned into ours.

@@ -4,6 +4,7 @@ use crate::engine::pipeline::Stock;
 
 /// Everything in `pipelines/`, sorted by name.
 pub const STOCK: &[Stock] = &[
+    ("auto", include_str!("../../pipelines/auto.toml")),
     ("district", include_str!("../../pipelines/district.toml")),
     ("dmesh", include_str!("../../pipelines/dmesh.toml")),
     ("dmesh-relit", include_str!("../../pipelines/dmesh-relit.toml")),

@@ -33,15 +33,7 @@ pub fn summary(plan: &Plan, report: &Report, published: bool) -> String {
         out += &not_met(plan, unmet, &certificates);
     }
     if published && !plan.require.is_empty() {
-        let missed = |r: &&crate::engine::plan::Requirement| {
-            let node = &plan.nodes[r.from.node.0 as usize].name;
-            report
-                .unmet
-                .iter()
-                .any(|u| u.path == r.path && (u.node == *node || u.node.starts_with(&format!("{node}/"))))
-        };
-        let missed = plan.require.iter().filter(missed).count();
-        out += &format!("requirements: {} of {} met\n", plan.require.len() - missed, plan.require.len());
+        out += &format!("requirements: {} of {} met\n", plan.require.len() - missed(plan, report), plan.require.len());
     }
     out += &last_line(plan, report, published);
     if published && report.outcome == Outcome::NotMet {
@@ -53,13 +45,27 @@ pub fn summary(plan: &Plan, report: &Report, published: bool) -> String {
     out
 }
 
-fn last_line(plan: &Plan, report: &Report, published: bool) -> String {
-    let word = match report.outcome {
+/// How many requirements were missed.
+pub fn missed(plan: &Plan, report: &Report) -> usize {
+    let missed = |r: &&crate::engine::plan::Requirement| {
+        let node = &plan.nodes[r.from.node.0 as usize].name;
+        report.unmet.iter().any(|u| u.path == r.path && (u.node == *node || u.node.starts_with(&format!("{node}/"))))
+    };
+    plan.require.iter().filter(missed).count()
+}
+
+/// What came of a bake, in a word or three.
+pub fn outcome(outcome: Outcome) -> &'static str {
+    match outcome {
         Outcome::Baked => "baked",
         Outcome::Failed => "failed",
         Outcome::NotMet => "certificate not met",
         Outcome::Interrupted => "interrupted",
-    };
+    }
+}
+
+fn last_line(plan: &Plan, report: &Report, published: bool) -> String {
+    let word = outcome(report.outcome);
     let seconds = show_seconds(report.seconds);
     let mut out = format!("{word}: {}, {} hits, {} ran, {seconds}", plan.name, report.hits(), report.runs());
     if let Some(peak) = report.peak_memory {
@@ -75,7 +81,7 @@ fn last_line(plan: &Plan, report: &Report, published: bool) -> String {
 }
 
 /// What the folder's manifest lists.
-fn published_files(folder: &Path) -> Vec<String> {
+pub fn published_files(folder: &Path) -> Vec<String> {
     let manifest = std::fs::read(folder.join("manifest.json")).ok();
     let manifest: Option<Value> = manifest.and_then(|bytes| serde_json::from_slice(&bytes).ok());
     let files = manifest.as_ref().and_then(|m| m.get("files")).and_then(Value::as_object);

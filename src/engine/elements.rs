@@ -285,7 +285,7 @@ impl Binding {
             let columns = positions(&kept, &node.axes);
             let source = &node.inputs[i].axes;
             match spec.inputs[i].arity {
-                super::node::Arity::Many { may_be_empty } => {
+                super::node::Arity::Many { may_be_empty, .. } => {
                     let groups = Groups::new(node, i, known(&feed.rows));
                     let many_all = kept.is_empty() && feed.via.is_none();
                     Port::Many { feed, columns, groups, many_all, may_be_empty }

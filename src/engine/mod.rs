@@ -4,6 +4,7 @@ pub mod artifact;
 mod attempt;
 pub mod bake;
 pub mod cache;
+mod collect;
 mod deliver;
 pub mod elements;
 pub mod error;

@@ -45,7 +45,16 @@ pub enum Arity {
     /// A list; as an output it makes an axis, as an input it gathers.
     Many {
         may_be_empty: bool,
+        /// An input that may be left out.
+        may_be_absent: bool,
     },
+}
+
+impl Arity {
+    /// Whether an input may be left out.
+    pub fn may_be_absent(self) -> bool {
+        matches!(self, Self::Optional | Self::Many { may_be_absent: true, .. })
+    }
 }
 
 /// A port, as data.
@@ -70,7 +79,7 @@ pub enum Slot {
     Many(Vec<(String, Data)>),
 }
 
-/// The type of a field in a [`ports!`](crate::ports) struct: `Arc<A>`, `Option<Arc<A>>` (inputs only) or `List<A>`.
+/// The type of a field in a [`ports!`](crate::ports) struct: `Arc<A>`, `List<A>`, or, for inputs only, an `Option` of one of them.
 pub trait Port: Sized {
     const ARITY: Arity;
     fn type_info() -> TypeInfo;
@@ -115,7 +124,7 @@ impl<A: Artifact> Port for Option<Arc<A>> {
 }
 
 impl<A: Artifact, const EMPTY: bool> Port for List<A, EMPTY> {
-    const ARITY: Arity = Arity::Many { may_be_empty: EMPTY };
+    const ARITY: Arity = Arity::Many { may_be_empty: EMPTY, may_be_absent: false };
     fn type_info() -> TypeInfo {
         TypeInfo::of::<A>()
     }
@@ -127,6 +136,22 @@ impl<A: Artifact, const EMPTY: bool> Port for List<A, EMPTY> {
     }
     fn into_slot(self) -> Slot {
         Slot::Many(self.0.into_iter().map(|(n, a)| (n, a as Data)).collect())
+    }
+}
+
+impl<A: Artifact, const EMPTY: bool> Port for Option<List<A, EMPTY>> {
+    const ARITY: Arity = Arity::Many { may_be_empty: EMPTY, may_be_absent: true };
+    fn type_info() -> TypeInfo {
+        TypeInfo::of::<A>()
+    }
+    fn from_slot(slot: Slot) -> Self {
+        match slot {
+            Slot::Absent => None,
+            slot => Some(List::from_slot(slot)),
+        }
+    }
+    fn into_slot(self) -> Slot {
+        self.map_or(Slot::Absent, Port::into_slot)
     }
 }
 
@@ -356,6 +381,14 @@ pub struct Parameters {
 }
 
 impl Parameters {
+    pub(super) fn new(json: Value, typed: Arc<dyn Any + Send + Sync>) -> Self {
+        Self { json: Arc::new(json), typed }
+    }
+
+    pub(super) fn typed<T: Any>(&self) -> Option<&T> {
+        self.typed.downcast_ref()
+    }
+
     /// Re-serialised from the type: defaults filled in, fields in the type's order.
     pub fn json(&self) -> &Value {
         &self.json
@@ -404,7 +437,7 @@ pub fn kind<N: Node>() -> Arc<dyn Kind> {
 
 impl<N: Node> Erased<N> {
     fn typed(params: &Parameters) -> &N::Params {
-        params.typed.downcast_ref().expect("a plan's parameters are those of its node's kind")
+        params.typed().expect("a plan's parameters are those of its node's kind")
     }
 }
 
@@ -421,7 +454,7 @@ impl<N: Node> Kind for Erased<N> {
             }
         }
         N::check(&typed).map_err(|(param, message)| ParamError::Refused { param: param.to_owned(), message })?;
-        Ok(Parameters { json: Arc::new(json), typed: Arc::new(typed) })
+        Ok(Parameters::new(json, Arc::new(typed)))
     }
     fn doubts(&self, params: &Parameters) -> Vec<(&'static str, String)> {
         N::doubts(Self::typed(params))

@@ -40,6 +40,10 @@ pub struct Plan {
     pub require: Vec<Requirement>,
     /// The files that the pipeline's own text was read from: `file` and its bases.
     pub texts: Vec<PathBuf>,
+    /// Names of the rows of `[batch]`; empty where it is baked once.
+    pub rows: Vec<String>,
+    /// What the row of `[batch]` that it is gives: knobs, and parameters as `node.param`.
+    pub given: Vec<(String, Value)>,
     /// The knobs' values, as written.
     pub knobs: Map<String, Value>,
     /// The scenes and other files that its nodes are given, each with its folder's name: `town/town.glb`. In the order

@@ -3,6 +3,7 @@
 //! What always holds: the page is made of [`Page`] alone, which is plain data; every text in it is escaped ([`markup`]); pictures are embedded,
 //! at most [`pictures::MOST_VIEWS`] of them and at most [`pictures::MOST_BYTES`] together.
 
+mod batch;
 mod bounds;
 mod budget;
 pub mod certificate;
@@ -16,6 +17,7 @@ pub mod pictures;
 mod reasons;
 mod views;
 
+pub use batch::{Batch, BatchRow, Column, batch};
 pub use page::html;
 
 use serde::Serialize;

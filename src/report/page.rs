@@ -20,6 +20,25 @@ const LISTED: usize = 60;
 
 /// The page as an HTML document without its doctype.
 pub fn html(page: &Page) -> String {
+    document(&format!("{}: farfield report", page.name), |m| {
+        head(m, page);
+        m.element("main", &[], |m| contents(m, page));
+        m.element("footer", &[], |m| {
+            m.text(&format!("farfield {}, {}. ", page.version, page.at));
+            m.text("Times and hits are of the bake that wrote this page. The same numbers for programs are in ");
+            link(m, "run.json");
+            m.text(", hashes in ");
+            link(m, "manifest.json");
+            m.text(".");
+        });
+        m.element("script", &[("nonce", "farfield")], |m| {
+            m.raw(include_str!("report.js"));
+        });
+    })
+}
+
+/// A document with what `inside` writes as its body.
+pub fn document(title: &str, inside: impl FnOnce(&mut Markup)) -> String {
     let mut m = Markup::default();
     m.element("html", &[("lang", "en")], |m| {
         m.element("head", &[], |m| {
@@ -27,26 +46,12 @@ pub fn html(page: &Page) -> String {
             m.void("meta", &[("http-equiv", "Content-Security-Policy"), ("content", POLICY)]);
             m.void("meta", &[("name", "viewport"), ("content", "width=device-width, initial-scale=1")]);
             m.void("meta", &[("name", "color-scheme"), ("content", "light dark")]);
-            m.with_text("title", &[], &format!("{}: farfield report", page.name));
+            m.with_text("title", &[], title);
             m.element("style", &[], |m| {
                 m.raw(include_str!("report.css"));
             });
         });
-        m.element("body", &[], |m| {
-            head(m, page);
-            m.element("main", &[], |m| contents(m, page));
-            m.element("footer", &[], |m| {
-                m.text(&format!("farfield {}, {}. ", page.version, page.at));
-                m.text("Times and hits are of the bake that wrote this page. The same numbers for programs are in ");
-                link(m, "run.json");
-                m.text(", hashes in ");
-                link(m, "manifest.json");
-                m.text(".");
-            });
-            m.element("script", &[("nonce", "farfield")], |m| {
-                m.raw(include_str!("report.js"));
-            });
-        });
+        m.element("body", &[], inside);
     });
     m.finish() + "\n"
 }

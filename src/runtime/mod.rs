@@ -9,7 +9,7 @@ pub mod octahedral;
 mod open;
 pub mod ori;
 mod scene;
-mod size;
+pub mod size;
 mod sprite;
 #[cfg(test)]
 mod testing;

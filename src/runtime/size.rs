@@ -1,6 +1,6 @@
 //! How much a renderer has to hold and draw.
 
-use crate::scene::{Image, Mesh, Scene};
+use crate::scene::{Image, Material, Mesh, Scene};
 use std::{collections::BTreeMap, sync::Arc};
 
 /// What a scene costs a renderer.
@@ -23,17 +23,7 @@ impl Size {
         for part in scene.objects.iter().flat_map(|o| &o.parts) {
             draw_calls += 1;
             meshes.insert(Arc::as_ptr(&part.mesh), bytes(&part.mesh));
-            let m = &part.material;
-            let used = [
-                &m.base_color_texture,
-                &m.metallic_roughness_texture,
-                &m.normal_texture,
-                &m.emissive_texture,
-                &m.occlusion_texture,
-            ];
-            for texture in used.into_iter().flatten() {
-                images.insert(Arc::as_ptr(&texture.image), texture.image.texels.len() as u64);
-            }
+            images.extend(used(&part.material).map(|image| (Arc::as_ptr(image), image.texels.len() as u64)));
         }
         let texels = images.values().sum();
         Self {
@@ -45,7 +35,20 @@ impl Size {
     }
 }
 
-fn bytes(mesh: &Mesh) -> u64 {
+/// The images that a material uses; one may come twice.
+pub fn used(m: &Material) -> impl Iterator<Item = &Arc<Image>> {
+    let textures = [
+        &m.base_color_texture,
+        &m.metallic_roughness_texture,
+        &m.normal_texture,
+        &m.emissive_texture,
+        &m.occlusion_texture,
+    ];
+    textures.into_iter().flatten().map(|texture| &texture.image)
+}
+
+/// Of vertices and indices.
+pub fn bytes(mesh: &Mesh) -> u64 {
     let floats = 3 * mesh.positions.len()
         + 3 * mesh.normals.len()
         + 4 * mesh.tangents.len()

@@ -88,6 +88,7 @@ impl Site {
             stock: STOCK,
             require: &[],
             name: None,
+            row: None,
             everywhere: &[],
         };
         let plan = load(&request, &nodes::registry()).unwrap_or_else(|problems| panic!("{problems}"));

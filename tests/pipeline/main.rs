@@ -7,6 +7,7 @@ mod incremental;
 mod kinds;
 mod meaning;
 mod parts;
+mod several;
 mod stock;
 
 use farfield::engine::{
@@ -52,6 +53,15 @@ const GATHER: &str = "
 
 /// Checks `text` as the file `test.toml` in a folder that holds `town.glb`.
 fn check(text: &str, set: &[&str]) -> Result<Plan, Problems> {
+    of_row(text, set, None)
+}
+
+/// The same for a row of its batch.
+fn check_row(text: &str, set: &[&str], row: usize) -> Result<Plan, Problems> {
+    of_row(text, set, Some(row))
+}
+
+fn of_row(text: &str, set: &[&str], row: Option<usize>) -> Result<Plan, Problems> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/pipeline/folder");
     let set: Vec<String> = set.iter().map(|s| (*s).to_owned()).collect();
     let request = Request {
@@ -61,6 +71,7 @@ fn check(text: &str, set: &[&str]) -> Result<Plan, Problems> {
         stock: STOCK,
         require: &[],
         name: None,
+        row,
         everywhere: &[],
     };
     load_text("test.toml", text, &request, &kinds::registry())

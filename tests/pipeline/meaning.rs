@@ -78,6 +78,7 @@ fn source_paths_start_from_the_file_that_names_them() {
         stock: super::STOCK,
         require: &[],
         name: None,
+        row: None,
         everywhere: &[],
     };
     let plan = farfield::engine::pipeline::load(&request, &super::kinds::registry()).unwrap_or_else(|p| panic!("{p}"));
@@ -225,6 +226,7 @@ fn another_method_keeps_the_keys_that_it_has() {
         stock: &[],
         require: &[],
         name: None,
+        row: None,
         everywhere: &[],
     };
     let plan = farfield::engine::pipeline::load(&request, &super::kinds::registry()).unwrap_or_else(|p| panic!("{p}"));

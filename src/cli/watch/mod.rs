@@ -10,7 +10,7 @@ mod turn;
 use super::{
     Done, Exit,
     backend::Chosen,
-    bake, interrupt, pipeline,
+    bake, batch, interrupt, pipeline,
     quantity::show_seconds,
     terminal::{fill, say},
 };
@@ -135,7 +135,7 @@ pub fn run(args: &Args, registry: &Registry) -> Done {
 
 /// The files to watch before the first bake; an error where there are none.
 fn first(args: &Args, registry: &Registry) -> Result<Vec<PathBuf>, Exit> {
-    let files = match args.bake.pipeline.read(registry)? {
+    let files = match batch::one(&args.bake, registry)? {
         Ok(plan) if plan.texts.is_empty() && plan.sources.iter().all(|s| s.starts_with("builtin:")) => {
             let what = format!(
                 "nothing to watch: the stock pipeline {} reads no file; `farfield init SCENE` writes a pipeline file",
@@ -323,7 +323,7 @@ impl<'a> Session<'a> {
 /// One bake, from the file to its summary.
 fn attempt(args: &Args, registry: &Registry, backend: &Chosen, stop: &Stop, began: i128) -> Ended {
     let nothing = |files| Ended { files, result: None, began };
-    let plan = match args.bake.pipeline.read(registry) {
+    let plan = match batch::one(&args.bake, registry) {
         Ok(Ok(plan)) => plan,
         Ok(Err(problems)) => {
             pipeline::report(&problems);

@@ -54,7 +54,7 @@ fn node(links: &Links, at: usize, known: &[Option<NodeAxes>], problems: &mut Vec
     if inputs.iter().all(Vec::is_empty) && node.per.is_empty() && node.cross.is_none() {
         // The common node: nothing is a list.
         for (spec, input) in specs.iter().zip(&node.inputs) {
-            if matches!(spec.arity, Arity::Many { .. }) {
+            if matches!(spec.arity, Arity::Many { .. }) && node.of_port.is_none() {
                 problems.push(no_list(links, spec.name, input.from?, input.place));
             }
         }
@@ -69,11 +69,11 @@ fn node(links: &Links, at: usize, known: &[Option<NodeAxes>], problems: &mut Vec
     for (port, (spec, input)) in specs.iter().zip(&node.inputs).enumerate() {
         let Some(from) = input.from else { continue };
         let own: Vec<Output> = if matches!(spec.arity, Arity::Many { .. }) {
-            if inputs[port].is_empty() {
+            if inputs[port].is_empty() && node.of_port.is_none() {
                 problems.push(no_list(links, spec.name, from, input.place));
             }
             let (kept, rest): (Vec<Output>, Vec<Output>) = inputs[port].iter().partition(|a| per.contains(a));
-            if rest.is_empty() && !inputs[port].is_empty() {
+            if rest.is_empty() && !inputs[port].is_empty() && node.of_port.is_none() {
                 let message = format!("`per` leaves port `{}` nothing to gather", spec.name);
                 problems.push(Problem::at(input.place, message, "all of its axes are in `per`"));
             }
@@ -131,6 +131,10 @@ fn per(
         let Some(axis) = links.find(text, *place, "`per`", problems) else { continue };
         if lists().any(|(_, of_port)| of_port.contains(&axis)) {
             axes.push(axis);
+            continue;
+        }
+        if links.nodes[at].of_port.is_some() {
+            // The node that it collects for says so.
             continue;
         }
         let mut names: Vec<String> = lists().flat_map(|(_, axes)| axes).map(|a| links.output_name(*a)).collect();

@@ -5,9 +5,9 @@
 //! requirement removes the base's.
 
 use super::{
-    item::{Item, Items, references, valid_name, what},
+    item::{Item, Items, Setting, references, valid_name, what},
     problem::Problem,
-    read::{Argument, Layer},
+    read::Layer,
     scope::Part,
     source::TextSpan,
 };
@@ -45,6 +45,8 @@ pub struct Draft<'s> {
     pub about: Option<Item<'s>>,
     pub knobs: Items<'s>,
     pub nodes: BTreeMap<&'s str, DraftNode<'s>>,
+    /// `[batch]`, of the last layer that has one.
+    pub batch: Option<Item<'s>>,
     /// `[inputs]`, until the draft is joined with those of its parts.
     pub inputs: Items<'s>,
     pub outputs: Items<'s>,
@@ -59,7 +61,7 @@ pub struct Draft<'s> {
     pub require: BTreeMap<&'s str, (TextSpan, Items<'s>)>,
 }
 
-const SECTIONS: [&str; 7] = ["pipeline", "params", "inputs", "nodes", "outputs", "files", "require"];
+const SECTIONS: [&str; 8] = ["pipeline", "params", "inputs", "nodes", "outputs", "files", "require", "batch"];
 
 /// Merges `layers`, the base-most first.
 pub fn merge<'s>(layers: &'s [Layer<'s>], problems: &mut Vec<Problem>) -> Draft<'s> {
@@ -73,6 +75,7 @@ pub fn merge<'s>(layers: &'s [Layer<'s>], problems: &mut Vec<Problem>) -> Draft<
                 "nodes" => nodes(&mut draft, item, rank, problems),
                 "outputs" => overlay(&mut draft.outputs, item, "outputs", "name = \"node.output\"", rank, problems),
                 "files" => overlay(&mut draft.files, item, "files", "\"path\" = \"node.output\"", rank, problems),
+                "batch" => draft.batch = Some(item),
                 "require" => require(&mut draft, item, rank, problems),
                 "inputs" => overlay(&mut draft.inputs, item, "inputs", "name = { type = \"Scene\" }", rank, problems),
                 other => problems.push(
@@ -253,55 +256,58 @@ fn require<'s>(draft: &mut Draft<'s>, section: Item<'s>, rank: usize, problems: 
     }
 }
 
-/// Applies the `--set` arguments. `owners` names the nodes whose kind has a given parameter.
+/// Applies settings, those of a batch's row or the `--set` arguments. `owners` names the nodes whose kind has a given parameter.
 pub fn apply<'s>(
     draft: &mut Draft<'s>,
-    arguments: &'s [Argument<'s>],
+    settings: &[Setting<'s>],
     owners: impl Fn(&Draft, &str) -> Vec<String>,
     problems: &mut Vec<Problem>,
 ) {
-    for argument in arguments {
-        let value = &argument.value;
-        let item = |key: TextSpan| Item { key, value: value.get_ref(), place: TextSpan::new(key.source, value.span()) };
-        match argument.path[..] {
+    for Setting { path, value, place, from } in settings {
+        let (value, at) = (*value, *place);
+        let item = |key: TextSpan| Item { key, value, place: at };
+        match path[..] {
             [(name, place)] => match draft.knobs.get_mut(name) {
                 Some(knob) => *knob = item(place),
                 None => {
                     let mut help = suggest::did_you_mean(name, draft.knobs.keys().copied());
                     if let Some(owner) = owners(draft, name).first() {
-                        help = format!("did you mean `--set {owner}.{name}=…`? ");
+                        help = match *from {
+                            "--set" => format!("did you mean `--set {owner}.{name}=…`? "),
+                            _ => format!("did you mean \"{owner}.{name}\" = …? "),
+                        };
                     }
                     help += &format!("the knobs of this pipeline are {}", suggest::list(draft.knobs.keys().copied()));
-                    problems.push(Problem::at(place, format!("--set: no knob `{name}`"), "no such knob").help(help));
+                    problems.push(Problem::at(place, format!("{from}: no knob `{name}`"), "no such knob").help(help));
                 }
             },
             [(_, place), ("pipeline", _)] => {
                 let help = "write it into the file, or bake that pipeline itself";
-                let message = "--set: the pipeline of a node cannot be given by --set";
+                let message = format!("{from}: the pipeline of a node cannot be given by {from}");
                 problems.push(Problem::at(place, message, "not to be set").help(help));
             }
-            [(node, place), (key, key_place)] => match (draft.nodes.get_mut(node))
-                .or_else(|| Some(&mut draft.hosts.get_mut(node)?.node))
-            {
-                Some(node) if key == "kind" => {
-                    node.kind = Some(item(key_place));
-                    let old = std::mem::take(&mut node.keys);
-                    old.iter().for_each(|(_, item)| references(item.value, &mut draft.overruled));
-                }
-                Some(node) => {
-                    if key == "method" {
-                        // What arguments say is said for the method that arguments say, in any order.
-                        node.inherit(value.get_ref(), |old| !arguments.iter().any(|a| a.source() == old.place.source));
+            [(node, place), (key, key_place)] => {
+                match (draft.nodes.get_mut(node)).or_else(|| Some(&mut draft.hosts.get_mut(node)?.node)) {
+                    Some(node) if key == "kind" => {
+                        node.kind = Some(item(key_place));
+                        let old = std::mem::take(&mut node.keys);
+                        old.iter().for_each(|(_, item)| references(item.value, &mut draft.overruled));
                     }
-                    if let Some(old) = node.set(key, item(key_place)) {
-                        references(old.value, &mut draft.overruled);
+                    Some(node) => {
+                        if key == "method" {
+                            // What arguments say is said for the method that arguments say, in any order.
+                            node.inherit(value, |old| !settings.iter().any(|s| s.place == old.place));
+                        }
+                        if let Some(old) = node.set(key, item(key_place)) {
+                            references(old.value, &mut draft.overruled);
+                        }
+                    }
+                    None => {
+                        let names = draft.nodes.keys().chain(draft.hosts.keys()).copied();
+                        problems.push(no_node(node, place, &format!("{from}: "), names, problems.len()));
                     }
                 }
-                None => {
-                    let names = draft.nodes.keys().chain(draft.hosts.keys()).copied();
-                    problems.push(no_node(node, place, "--set: ", names, problems.len()));
-                }
-            },
+            }
             _ => {}
         }
     }

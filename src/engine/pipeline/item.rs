@@ -15,6 +15,17 @@ pub struct Item<'s> {
 /// Items by name; within the pipeline names are few or looked up once.
 pub type Items<'s> = BTreeMap<&'s str, Item<'s>>;
 
+/// A value given over what the nodes and the knobs say.
+#[derive(Clone)]
+pub struct Setting<'s> {
+    /// A knob's name, or a node's and the name of one of its keys.
+    pub path: Vec<(&'s str, TextSpan)>,
+    pub value: &'s DeValue<'s>,
+    pub place: TextSpan,
+    /// Who gives it, for messages: `--set` or `[batch]`.
+    pub from: &'static str,
+}
+
 /// What a value is, for messages.
 pub fn what(value: &DeValue) -> &'static str {
     match value {

@@ -26,7 +26,7 @@ pub struct KindInfo {
 }
 
 impl KindInfo {
-    fn new(kind: &Arc<dyn Kind>) -> Self {
+    pub fn new(kind: &Arc<dyn Kind>) -> Self {
         let (params, required) = types::parameters(&kind.spec().params);
         let ports = kind.spec().inputs.iter().enumerate().map(|(i, p)| (p.name, i)).collect();
         Self { kind: Arc::clone(kind), ports, params, required }

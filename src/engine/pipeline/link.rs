@@ -10,11 +10,7 @@ use super::{
     source::{Sources, TextSpan},
     value::Values,
 };
-use crate::engine::{
-    node::{Arity, Parameters},
-    registry::Registry,
-    types::Ty,
-};
+use crate::engine::{node::Parameters, registry::Registry, types::Ty};
 use serde_json::{Map, Value};
 use std::rc::Rc;
 use toml::de::DeValue;
@@ -34,6 +30,8 @@ pub struct Input {
 /// A node whose keys have been told apart.
 pub struct Link<'s> {
     pub name: &'s str,
+    /// The list port of the node called `name` for which it collects several outputs; no reference can name such a node.
+    pub of_port: Option<&'static str>,
     pub order: (u32, u32),
     /// The part that it belongs to.
     pub part: usize,
@@ -51,9 +49,12 @@ pub struct Link<'s> {
     pub per: Vec<(&'s str, TextSpan)>,
 }
 
-/// All nodes, sorted by name.
+/// All nodes.
 pub struct Links<'s> {
+    /// Those of the file sorted by name, then those that collect for a port.
     pub nodes: Vec<Link<'s>>,
+    /// How many are of the file.
+    pub named: usize,
     pub draft: &'s Draft<'s>,
     pub sources: &'s Sources,
     pub registry: &'s Registry,
@@ -75,6 +76,7 @@ pub fn link<'s>(
         let info = kinds.of(name, node, draft, problems);
         nodes.push(Link {
             name,
+            of_port: None,
             order: node.order,
             part: values.sources.get(node.place).part,
             params: None,
@@ -87,7 +89,8 @@ pub fn link<'s>(
             per: Vec::new(),
         });
     }
-    let mut links = Links { nodes, draft, sources: values.sources, registry, doubts: Vec::new() };
+    let named = nodes.len();
+    let mut links = Links { nodes, named, draft, sources: values.sources, registry, doubts: Vec::new() };
     let needed = links.needed();
     for (at, node) in draft.nodes.values().enumerate() {
         if let Some(info) = links.nodes[at].info.clone().filter(|_| needed[at]) {
@@ -101,7 +104,7 @@ pub fn link<'s>(
 impl<'s> Links<'s> {
     /// The nodes' names.
     pub fn names(&self) -> impl Iterator<Item = &'s str> + Clone {
-        self.nodes.iter().map(|node| node.name)
+        self.nodes[..self.named].iter().map(|node| node.name)
     }
 
     /// Lists that node `at` does not gather, because its part stands for a node that does not.
@@ -146,10 +149,14 @@ impl<'s> Links<'s> {
 
     /// Leaves out nodes without use.
     fn keep(&mut self, needed: &[bool]) {
+        // Those that collect were only added to nodes of use.
+        let collecting = std::iter::repeat_n(&true, self.nodes.len() - self.named);
+        let kept: Vec<bool> = needed.iter().chain(collecting).copied().collect();
         let number: Vec<usize> =
-            needed.iter().scan(0, |n, kept| Some(std::mem::replace(n, *n + usize::from(*kept)))).collect();
+            kept.iter().scan(0, |n, kept| Some(std::mem::replace(n, *n + usize::from(*kept)))).collect();
+        self.named = needed.iter().filter(|kept| **kept).count();
         let mut at = 0..;
-        self.nodes.retain(|_| at.next().is_some_and(|at| needed[at]));
+        self.nodes.retain(|_| at.next().is_some_and(|at| kept[at]));
         for input in self.nodes.iter_mut().flat_map(|node| &mut node.inputs) {
             for (node, _) in [&mut input.from, &mut input.via].into_iter().flatten() {
                 *node = number[*node];
@@ -166,13 +173,17 @@ impl<'s> Links<'s> {
         everywhere: &[(&str, Value)],
         problems: &mut Vec<Problem>,
     ) {
-        let before = problems.len();
+        let (before, collecting) = (problems.len(), self.nodes.len());
         let mut params = Map::new();
         let mut given: Vec<(usize, Item)> = Vec::new();
         for (key, item) in &node.keys {
             if let Some(port) = info.ports.get(key) {
                 given.push((*port, *item));
-                let input = self.input(at, &info.inputs()[*port], *item, problems);
+                let spec = &info.inputs()[*port];
+                let input = match self.collected(spec, *item) {
+                    Some(table) => self.collect(at, spec, *item, table, problems),
+                    None => self.input(at, spec, *item, problems),
+                };
                 self.nodes[at].broken |= input.from.is_none();
                 self.nodes[at].inputs[*port] = input;
             } else if let Some(ty) = info.params.get(*key) {
@@ -188,9 +199,14 @@ impl<'s> Links<'s> {
                 problems.push(info.unknown_key(key, *item, self.registry));
             }
         }
+        // What a list port does not gather, what collects for it does not either.
+        let per = self.nodes[at].per.clone();
+        for collecting in self.nodes.iter_mut().skip(collecting) {
+            collecting.per.clone_from(&per);
+        }
         let name = self.nodes[at].name;
         for (port, spec) in info.inputs().iter().enumerate() {
-            if spec.arity != Arity::Optional && !given.iter().any(|g| g.0 == port) {
+            if !spec.arity.may_be_absent() && !given.iter().any(|g| g.0 == port) {
                 self.nodes[at].broken = true;
                 let message = format!("node `{name}` has no `{}`", spec.name);
                 let label = format!("{} needs the port `{}`", info.kind.spec().phrase(), spec.name);

@@ -6,6 +6,7 @@
 //! is read but pipeline files; sources are only looked for.
 
 mod axes;
+mod batch;
 mod draft;
 mod item;
 mod judge;
@@ -19,6 +20,7 @@ mod read;
 mod reference;
 mod require;
 mod scope;
+mod several;
 mod source;
 mod transient;
 mod value;
@@ -40,6 +42,7 @@ use super::{
 };
 use axes::NodeAxes;
 use draft::Draft;
+use item::Setting;
 use link::Links;
 use part::Texts;
 use read::Layer;
@@ -64,6 +67,8 @@ pub struct Request<'a> {
     pub name: Option<&'a str>,
     /// The pipelines that the program carries.
     pub stock: &'a [Stock],
+    /// Which row of `[batch]` is wanted; none: what the file says without it.
+    pub row: Option<usize>,
     /// Parameters that every node gets whose kind has them, over what the file says.
     pub everywhere: &'a [(&'a str, serde_json::Value)],
 }
@@ -128,10 +133,26 @@ fn check(top: Source, path: &Path, request: &Request, registry: &Registry) -> Re
     let drafts = layers.iter().map(|layers| draft::merge(layers, &mut problems)).collect();
     let mut draft = part::join(drafts, &parts, &mut problems);
     let owners = |draft: &Draft, param: &str| owners(draft, param, registry);
-    draft::apply(&mut draft, &arguments, owners, &mut problems);
+    let rows = draft.batch.map_or_else(Vec::new, |item| batch::rows(item, &mut problems));
+    let row = request.row.and_then(|row| rows.get(row));
+    if let Some(row) = row {
+        draft::apply(&mut draft, &row.settings, owners, &mut problems);
+    }
+    let given: Vec<Setting> = arguments.iter().map(read::Argument::setting).collect();
+    draft::apply(&mut draft, &given, owners, &mut problems);
     part::plug(&mut draft, &mut problems);
     let plan = resolve(&draft, &sources, path, &require, request.everywhere, registry, &mut problems);
-    match plan.map(|plan| Plan { name: request.name.map_or(plan.name, str::to_owned), ..plan }) {
+    let named = |plan: Plan| {
+        let own = request.name.map_or(plan.name, str::to_owned);
+        let name = row.map_or_else(|| own.clone(), |row| format!("{own}-{}", row.name));
+        let given = |s: &Setting| {
+            let path: Vec<&str> = s.path.iter().map(|(name, _)| *name).collect();
+            (path.join("."), value::json(s.value))
+        };
+        let given = row.map_or_else(Vec::new, |row| row.settings.iter().map(given).collect());
+        Plan { name, given, rows: rows.iter().map(|row| row.name.clone()).collect(), ..plan }
+    };
+    match plan.map(named) {
         Some(plan) if problems.is_empty() => Ok(plan),
         _ => Err(Problems::new(sources, problems)),
     }
@@ -281,7 +302,7 @@ fn plan(
         let (link, axes) = (links[*at].take()?, known[*at].take()?);
         let inputs = link.inputs.iter().zip(axes.inputs).zip(axes.gathered);
         nodes.push(PlanNode {
-            name: link.name.to_owned(),
+            name: link.of_port.map_or_else(|| link.name.to_owned(), |port| format!("{}.{port}", link.name)),
             kind: Arc::clone(&link.info?.kind),
             params: link.params?,
             inputs: inputs

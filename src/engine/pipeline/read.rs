@@ -1,6 +1,7 @@
 //! From names to TOML trees: the given file, its bases, and the `--set` arguments.
 
 use super::{
+    item::Setting,
     problem::Problem,
     source::{Source, Sources, TextSpan},
 };
@@ -241,10 +242,11 @@ pub struct Argument<'s> {
     pub value: Spanned<DeValue<'s>>,
 }
 
-impl Argument<'_> {
-    /// The number of its text.
-    pub fn source(&self) -> u32 {
-        self.path.first().map_or(0, |(_, place)| place.source)
+impl<'s> Argument<'s> {
+    pub fn setting(&'s self) -> Setting<'s> {
+        let source = self.path.first().map_or(0, |(_, place)| place.source);
+        let place = TextSpan::new(source, self.value.span());
+        Setting { path: self.path.clone(), value: self.value.get_ref(), place, from: "--set" }
     }
 }
 

@@ -80,7 +80,11 @@ impl<'s> Links<'s> {
             other => {
                 let message = format!("{who} is {}, expected \"node.output\"", what(other));
                 let help = match other {
-                    DeValue::Array(_) => "a list port takes one list output: \"node.output\"".to_owned(),
+                    DeValue::Array(_) => {
+                        "a list port takes one list, \"node.output\", or several under names of their own, \
+                                          { near = \"node.output\", far = \"node.output\" }"
+                            .to_owned()
+                    }
                     _ => format!("a port names what feeds it: {} = \"…\", {}", spec.name, self.sources_of(at, spec)),
                 };
                 problems.push(Problem::at(item.place, message, "not a reference").help(help));
@@ -90,7 +94,7 @@ impl<'s> Links<'s> {
     }
 
     /// The output `text`, if its type is the port's.
-    fn typed(
+    pub fn typed(
         &self,
         at: usize,
         spec: &PortSpec,
@@ -122,7 +126,7 @@ impl<'s> Links<'s> {
     }
 
     pub fn node(&self, name: &str) -> Option<usize> {
-        self.nodes.binary_search_by(|n| n.name.cmp(name)).ok()
+        self.nodes[..self.named].binary_search_by(|n| n.name.cmp(name)).ok()
     }
 
     /// The output that `text`, "node", "node.output" or an input, names at `place`; `who` asks. `None` without a problem where the node's
@@ -253,7 +257,8 @@ impl<'s> Links<'s> {
                 found.extend(fits.then(|| format!("{name}.{output}")));
             }
         }
-        for node in self.nodes.iter().enumerate().filter(|(i, node)| *i != at && node.part == part).map(|(_, n)| n) {
+        let nodes = &self.nodes[..self.named];
+        for node in nodes.iter().enumerate().filter(|(i, node)| *i != at && node.part == part).map(|(_, n)| n) {
             let Some(name) = own(node.name) else { continue };
             let outputs = node.info.as_ref().map_or(&[][..], |i| i.outputs());
             found.extend(outputs.iter().filter(|o| o.ty.name == ty).map(|o| format!("{name}.{}", o.name)));

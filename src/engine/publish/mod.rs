@@ -10,6 +10,7 @@ mod manifest;
 pub mod names;
 pub mod page;
 mod staging;
+pub mod table;
 
 pub use manifest::{MANIFEST, Manifest};
 pub use staging::{FolderLock, is_read_only};

@@ -268,7 +268,7 @@ fn store(ports: &[PortSpec], slots: Vec<Slot>, blobs: &Blobs, keep: bool) -> Res
     for (at, (port, slot)) in ports.iter().zip(slots).enumerate() {
         outputs.push(match (slot, port.arity) {
             (Slot::One(data), Arity::One) => PortOut::One(put(at, port, data)?),
-            (Slot::Many(mut list), Arity::Many { may_be_empty }) => {
+            (Slot::Many(mut list), Arity::Many { may_be_empty, .. }) => {
                 if list.is_empty() && !may_be_empty {
                     return Err(TaskError::Failed(format!("output `{}` is an empty list", port.name)));
                 }
