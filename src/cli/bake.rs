@@ -5,7 +5,7 @@ use super::{
     backend::{BackendArgs, Chosen},
     batch,
     events::{self, Style},
-    folders::CacheArg,
+    folders::{CacheArg, RemoteArgs},
     interrupt,
     pipeline::PipelineArgs,
     print,
@@ -50,6 +50,8 @@ pub struct Args {
     pub backend: BackendArgs,
     #[command(flatten)]
     cache: CacheArg,
+    #[command(flatten)]
+    remote: RemoteArgs,
     /// The folder of the results; a pipeline writes to DIR/<its name>
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
@@ -100,6 +102,7 @@ impl Args {
     pub fn options(&self, plan: &Plan, backend: &Chosen) -> Result<Options, Exit> {
         Ok(Options {
             device: Some(backend.device()),
+            remote: self.remote.options()?,
             jobs: self.jobs.map_or(0, |n| usize::try_from(n).unwrap_or(usize::MAX)),
             memory: self.memory.unwrap_or(0),
             only: known("--only", &self.only, plan)?,

@@ -67,7 +67,16 @@ pub fn outcome(outcome: Outcome) -> &'static str {
 fn last_line(plan: &Plan, report: &Report, published: bool) -> String {
     let word = outcome(report.outcome);
     let seconds = show_seconds(report.seconds);
-    let mut out = format!("{word}: {}, {} hits, {} ran, {seconds}", plan.name, report.hits(), report.runs());
+    let remote = report.remote.unwrap_or_default();
+    let mut out = format!("{word}: {}, {} hits", plan.name, report.hits());
+    if remote.fetched > 0 || remote.fetched_bytes > 0 {
+        out += &format!(" ({} from the remote cache, {})", remote.fetched, show_bytes(remote.fetched_bytes));
+    }
+    out += &format!(", {} ran", report.runs());
+    if remote.stored > 0 || remote.stored_bytes > 0 {
+        out += &format!(" ({} uploaded, {})", remote.stored, show_bytes(remote.stored_bytes));
+    }
+    out += &format!(", {seconds}");
     if let Some(peak) = report.peak_memory {
         out += &format!(", peak {}", show_bytes(peak));
     }

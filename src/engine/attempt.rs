@@ -13,6 +13,7 @@ use super::{
     profile::Profile,
     publish::guard::Guard,
     record::{BakeRecord, folder_key},
+    remote::Remote,
     report::{Failure, NodeReport, Outcome, Report},
     schedule::{Pool, Schedule, Setting, Trust},
     source::lexical,
@@ -28,6 +29,9 @@ pub struct Attempt<'a> {
     pub wanted: Vec<bool>,
     pub forced: BTreeSet<usize>,
     pub pool: Pool,
+    pub remote: Option<Remote>,
+    /// Runs of all attempts whose results came from the second level.
+    pub fetched: u64,
     pub jobs: usize,
     pub memory: u64,
     pub trust: Trust,
@@ -54,6 +58,8 @@ impl Attempt<'_> {
         if publishes {
             deliver::check_targets(plan, options, &previous, &mut cache)?;
         }
+        // What comes from the second level has to be stored here.
+        let remote = self.remote.as_ref().filter(|_| cache.is_writable() && !options.dry_run);
         let mut schedule = Schedule::new(
             plan,
             Setting {
@@ -65,6 +71,7 @@ impl Attempt<'_> {
                 previous: &previous,
                 trust: self.trust,
                 pool: &self.pool,
+                remote,
                 wanted: &self.wanted,
                 forced: self.forced.clone(),
                 jobs: self.jobs,
@@ -101,6 +108,7 @@ impl Attempt<'_> {
         if self.stop.is_set() {
             outcome = Outcome::Interrupted;
         }
+        self.fetched += schedule.fetched();
         if let Err(error) = result {
             // What is finished is kept for the next time; the first error is the one to tell.
             if !matches!(error, EngineError::Interrupted) {
@@ -144,6 +152,7 @@ impl Attempt<'_> {
             warnings: warnings + self.warnings,
             published: std::mem::take(&mut baked.published),
             files: files.into_iter().collect(),
+            remote: None,
             audit,
             folder: baked.folder.clone(),
             accepted: baked.accepted,

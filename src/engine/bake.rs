@@ -8,13 +8,14 @@ pub use super::{
 
 use super::{
     attempt::Attempt,
-    cache,
+    cache::{self, blob::Blobs},
     error::EngineError,
     events::{Event, Events},
     memory,
     plan::Plan,
     profile::Profile,
     publish::names,
+    remote::{Remote, RemoteOptions, Traffic},
     schedule::{Pool, Trust},
 };
 use crate::math::Stop;
@@ -27,6 +28,9 @@ pub fn bake(plan: &Plan, options: &Options, stop: &Stop, events: &dyn Events) ->
     check_files(plan, &options.out)?;
     let have = std::thread::available_parallelism().map_or(1, usize::from);
     let (threads, notice) = threads(options.jobs, have);
+    let open = |remote: &RemoteOptions| Remote::open(remote, Blobs::new(&options.cache));
+    // A dry run asks nobody, but a wrong address is told.
+    let remote = options.remote.as_ref().map(open).transpose()?.filter(|_| !options.dry_run);
     let mut attempt = Attempt {
         plan,
         options,
@@ -35,6 +39,8 @@ pub fn bake(plan: &Plan, options: &Options, stop: &Stop, events: &dyn Events) ->
         wanted,
         forced,
         pool: Pool::new(threads),
+        remote,
+        fetched: 0,
         jobs: threads,
         memory: if options.memory == 0 { memory::available() / 4 * 3 } else { options.memory },
         trust: Trust::Nodes,
@@ -45,7 +51,7 @@ pub fn bake(plan: &Plan, options: &Options, stop: &Stop, events: &dyn Events) ->
     events.event(&Event::Started { nodes: attempt.wanted.iter().filter(|w| **w).count() });
     notice.iter().chain(&plan.doubts).for_each(|text| attempt.warn(text));
     let (mut again, mut damaged) = (0, 0);
-    let report = loop {
+    let mut report = loop {
         match attempt.run() {
             Err(EngineError::Damaged { what, .. }) if options.dry_run && !attempt.blank => {
                 let text = format!("the cache's index is damaged ({what}); the next bake sets it aside");
@@ -67,6 +73,15 @@ pub fn bake(plan: &Plan, options: &Options, stop: &Stop, events: &dyn Events) ->
             other => break other?,
         }
     };
+    if let Some(remote) = attempt.remote.take() {
+        let traffic = Traffic { fetched: attempt.fetched, ..remote.finish(stop) };
+        let told = attempt.warnings;
+        remote.warnings().iter().for_each(|text| attempt.warn(text));
+        report.warnings += attempt.warnings - told;
+        report.seconds = attempt.profile.seconds();
+        report.remote = Some(traffic);
+        events.event(&Event::Remote { traffic });
+    }
     if let Some(path) = &options.profile {
         let fail = |e| EngineError::File { path: path.clone(), what: format!("the profile cannot be written: {e}") };
         attempt.profile.write(path).map_err(fail)?;

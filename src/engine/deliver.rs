@@ -20,7 +20,7 @@ use crate::{
 use serde_json::json;
 use std::{
     any::Any,
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fmt::Write as _,
     path::{Path, PathBuf},
     sync::Arc,
@@ -78,6 +78,7 @@ pub fn publish_all(
     baked: &mut Baked,
 ) -> Result<(), EngineError> {
     let plan = schedule.plan;
+    bring(schedule, previous)?;
     judge(schedule, previous, baked)?;
     let main = baked.folder.clone();
     let rejected = main.join(REJECTED);
@@ -165,6 +166,24 @@ pub fn publish_all(
         baked.accepted = publish::published_at(&main);
     }
     Ok(())
+}
+
+/// Brings from the second level of the cache what will be read one by one.
+fn bring(schedule: &mut Schedule, previous: &BakeRecord) -> Result<(), EngineError> {
+    if !schedule.has_second_level() {
+        return Ok(());
+    }
+    let plan = schedule.plan;
+    let measured: BTreeSet<Digest> = previous.measured.iter().map(|m| m.certificate).collect();
+    let published: BTreeSet<Digest> = previous.files.iter().map(|f| f.value).collect();
+    let certificates = plan.require.iter().map(|r| (r.from, &measured));
+    let mut wanted = Vec::new();
+    for (from, known) in certificates.chain(plan.files.iter().map(|f| (f.from, &published))) {
+        let rows = schedule.rows(from)?;
+        let unknown = rows.iter().filter(|row| !known.contains(&row.value.hash));
+        wanted.extend(unknown.map(|row| (from, row.name.clone(), row.value.hash)));
+    }
+    schedule.bring_all(wanted)
 }
 
 /// What to say where results of other scenes are replaced.

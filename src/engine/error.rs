@@ -17,6 +17,9 @@ pub enum EngineError {
     UnknownNode { name: String, near: Option<String> },
     #[error("cannot publish {path}: {what}")]
     Publish { path: PathBuf, what: String },
+    /// The second level of the cache cannot be what was asked for. One that fails while it works is a warning.
+    #[error("remote cache {url}: {what}")]
+    Remote { url: String, what: String },
     #[error("{path}: {what}")]
     File { path: PathBuf, what: String },
     /// The schedule cannot go on with what it believed of the cache; the bake starts again. Never seen by callers.
@@ -32,10 +35,10 @@ impl EngineError {
         Self::UnknownNode { name: elide(name, 80), near: nearest(name, known).map(str::to_owned) }
     }
 
-    /// 2 for a wrong argument (a node, the cache's folder), 130 for an interruption, else 1.
+    /// 2 for a wrong argument (a node, the cache's folder, the remote cache), 130 for an interruption, else 1.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::UnknownNode { .. } | Self::NotACache { .. } => 2,
+            Self::UnknownNode { .. } | Self::NotACache { .. } | Self::Remote { .. } => 2,
             Self::Interrupted => 130,
             _ => 1,
         }

@@ -1,6 +1,9 @@
 //! What a bake tells while it works. How it is shown is the command line's matter.
 
-use super::report::{Audit, Outcome};
+use super::{
+    remote::Traffic,
+    report::{Audit, Outcome},
+};
 
 /// Something that the user may want to see.
 #[derive(Clone, Debug)]
@@ -65,6 +68,10 @@ pub enum Event<'a> {
     NotMet {
         node: &'a str,
         text: &'a str,
+    },
+    /// What the second level of the cache gave and took; before the end of the bake.
+    Remote {
+        traffic: Traffic,
     },
     /// What an audit found; before the end of the bake.
     Audited {

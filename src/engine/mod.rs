@@ -25,6 +25,7 @@ pub mod profile;
 pub mod publish;
 pub mod record;
 pub mod registry;
+pub mod remote;
 pub mod report;
 pub mod require;
 pub mod schedule;

@@ -1,6 +1,6 @@
 //! How to bake.
 
-use super::{facts::Facts, node::Device};
+use super::{facts::Facts, node::Device, remote::RemoteOptions};
 use std::{path::PathBuf, sync::Arc};
 
 /// How to bake. None of these may change the bytes that come out.
@@ -8,6 +8,8 @@ use std::{path::PathBuf, sync::Arc};
 pub struct Options {
     /// The cache folder; made where it is missing.
     pub cache: PathBuf,
+    /// A second level of the cache that machines share; a dry run does not ask it.
+    pub remote: Option<RemoteOptions>,
     /// The folder above `<pipeline>/`.
     pub out: PathBuf,
     /// Tasks and threads at a time; 0: as many as the machine has.
@@ -39,6 +41,7 @@ impl Options {
         Self {
             // `create_dir_all` cannot make `new/.`; the components of it are those of `new`.
             cache: cache.into().components().collect(),
+            remote: None,
             out: out.into().components().collect(),
             jobs: 0,
             memory: 0,

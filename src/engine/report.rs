@@ -1,5 +1,6 @@
 //! What came of a bake: for the program that asked for it, and for events.
 
+use super::remote::Traffic;
 use std::path::PathBuf;
 
 /// The result of an audit.
@@ -139,6 +140,8 @@ pub struct Report {
     /// Files of the outside world that nodes read or looked for, now or when their results were stored; sorted. The
     /// pipeline's own texts are not among them.
     pub files: Vec<PathBuf>,
+    /// What the second level of the cache gave and took; `None` where none was asked.
+    pub remote: Option<Traffic>,
     /// What came of [`Options::audit`](super::options::Options::audit); `None` where none was asked for.
     pub audit: Option<Audit>,
     /// `out/<pipeline>`, or its `rejected/` where a bound was missed.

@@ -32,6 +32,10 @@ pub enum RecordPlace<'a> {
         pipeline: &'a str,
         folder: &'a str,
     },
+    /// The object of a run's key in the second level.
+    Remote {
+        key: &'a Digest,
+    },
 }
 
 impl RecordPlace<'_> {
@@ -45,6 +49,7 @@ impl RecordPlace<'_> {
         match self {
             Self::Run { key, variant } => [b"run", &key.0[..], &variant.0].into_iter().for_each(&mut part),
             Self::Map { key } => [b"map", &key.0[..]].into_iter().for_each(&mut part),
+            Self::Remote { key } => [b"remote", &key.0[..]].into_iter().for_each(&mut part),
             Self::Fixed { hash } => [b"fixed", &hash.0[..]].into_iter().for_each(&mut part),
             Self::File { path } => [b"file", path.as_bytes()].into_iter().for_each(&mut part),
             Self::Bake { id, pipeline, folder } => {
@@ -85,6 +90,10 @@ impl Writer {
         self.u32(v.len() as u32);
         self.0.extend(v.as_bytes());
     }
+    pub fn bytes(&mut self, v: &[u8]) {
+        self.u32(v.len() as u32);
+        self.0.extend(v);
+    }
     /// A list: its length, then each item by `item`.
     pub fn list<T>(&mut self, items: &[T], mut item: impl FnMut(&mut Self, &T)) {
         self.u32(items.len() as u32);
@@ -104,6 +113,10 @@ impl Writer {
         self.0.extend(sum);
         self.0
     }
+    /// What was written, without a checksum: a part of another record.
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.0
+    }
     /// The hash of what was written.
     pub fn digest_of(&self) -> Digest {
         Digest::of(&self.0)
@@ -118,6 +131,10 @@ impl<'a> Reader<'a> {
     pub fn open(bytes: &'a [u8], place: &RecordPlace) -> Option<Self> {
         let (body, sum) = bytes.split_at_checked(bytes.len().checked_sub(SUM)?)?;
         (place.sum(body) == *sum).then_some(Self(body))
+    }
+    /// Bytes that were checked as a part of another record.
+    pub fn plain(bytes: &'a [u8]) -> Self {
+        Self(bytes)
     }
     fn take(&mut self, n: usize) -> Option<&'a [u8]> {
         let (head, tail) = self.0.split_at_checked(n)?;
@@ -145,6 +162,10 @@ impl<'a> Reader<'a> {
     pub fn str(&mut self) -> Option<&'a str> {
         let n = self.u32()? as usize;
         std::str::from_utf8(self.take(n)?).ok()
+    }
+    pub fn bytes(&mut self) -> Option<&'a [u8]> {
+        let n = self.u32()? as usize;
+        self.take(n)
     }
     pub fn list<T>(&mut self, mut item: impl FnMut(&mut Self) -> Option<T>) -> Option<Vec<T>> {
         let n = self.u32()? as usize;
@@ -179,6 +200,7 @@ mod tests {
             RecordPlace::Run { key: &a, variant: &a },
             RecordPlace::Map { key: &a },
             RecordPlace::Map { key: &b },
+            RecordPlace::Remote { key: &a },
             RecordPlace::Fixed { hash: &a },
             RecordPlace::File { path: "a" },
             RecordPlace::File { path: "ab" },

@@ -6,6 +6,8 @@ mod folders;
 mod kills;
 mod publish;
 mod readonly;
+#[cfg(feature = "remote")]
+mod remote;
 mod support;
 mod transient;
 

@@ -9,7 +9,12 @@ use std::{
 /// A bake of a stock pipeline in a folder, on the CPU and with a cache of its own; arguments are added by the caller.
 pub fn command(folder: &Path, pipeline: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_farfield"));
-    command.current_dir(folder).env_remove("FARFIELD_CACHE").args(["bake", pipeline, "--backend", "cpu"]);
+    command.current_dir(folder).env_remove("FARFIELD_CACHE").env_remove("FARFIELD_REMOTE_CACHE").args([
+        "bake",
+        pipeline,
+        "--backend",
+        "cpu",
+    ]);
     command
 }
 

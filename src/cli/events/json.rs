@@ -2,6 +2,7 @@
 
 use crate::engine::{
     events::{Event, Events},
+    remote::Traffic,
     report::Outcome,
 };
 use serde_json::{Value, json};
@@ -42,6 +43,10 @@ fn value(event: &Event) -> Value {
         }
         Event::Published { path, bytes } => json!({ "event": "published", "path": path, "bytes": bytes }),
         Event::NotMet { node, text } => json!({ "event": "not-met", "node": node, "text": text }),
+        Event::Remote { traffic: Traffic { fetched, fetched_bytes, stored, stored_bytes } } => json!({
+            "event": "remote", "fetched": fetched, "fetched_bytes": fetched_bytes, "stored": stored,
+            "stored_bytes": stored_bytes
+        }),
         Event::Audited { audit } => json!({
             "event": "audited", "runs": audit.runs, "different_runs": audit.different_runs, "bytes": audit.bytes,
             "different_bytes": audit.different_bytes

@@ -115,6 +115,20 @@ impl Blobs {
         Ok(bytes)
     }
 
+    /// The value's file as it is, compressed or not; its bytes are checked.
+    pub fn packed(&self, hash: &Digest) -> Result<Vec<u8>, Bad> {
+        let path = self.path(hash);
+        if !fs::symlink_metadata(&path).is_ok_and(|meta| meta.is_file()) {
+            return Err(Bad("it is no plain file, or missing".to_owned()));
+        }
+        let all = fs::read(&path).map_err(|e| Bad(format!("its file cannot be read: {e}")))?;
+        let found = match pack::is_packed(&all) {
+            true => Digest::of(&pack::unpack(&all).map_err(Bad)?),
+            false => Digest::of(&all),
+        };
+        if found == *hash { Ok(all) } else { Err(Bad("its bytes are not what its hash says".to_owned())) }
+    }
+
     /// Moves a bad value out of the way, so that its producer can store a good one. Where that cannot be done it stays,
     /// and a good one replaces it.
     pub fn set_aside(&self, hash: &Digest) {

@@ -12,7 +12,7 @@ mod gc;
 pub(super) mod index;
 mod layout;
 pub mod lock;
-mod pack;
+pub mod pack;
 #[cfg(test)]
 mod tests;
 mod verify;
@@ -278,9 +278,13 @@ impl Cache {
         Ok(out)
     }
 
-    /// Notes the values of a stored result: the index holds them, and they are not written again.
-    pub fn note_indexed(&mut self, record: &RunRecord) {
-        self.indexed.extend(gc::values_of(&record.outputs));
+    /// Notes the values of a stored result: the index holds them, and they are not written again. Those of which it knows
+    /// only the hash are.
+    pub fn note_indexed(&mut self, record: &RunRecord) -> Result<(), EngineError> {
+        let there = self.values(gc::values_of(&record.outputs))?;
+        let is_known = |hash: &Digest| matches!(there.get(hash), Some(Stored::NotKept));
+        self.indexed.extend(gc::values_of(&record.outputs).filter(|hash| !is_known(hash)));
+        Ok(())
     }
 
     pub fn is_verified(&self, hash: &Digest) -> bool {

@@ -12,7 +12,7 @@ use std::{collections::BTreeMap, sync::Arc, time::Instant};
 const BATCH: (usize, u128) = (256, 30);
 
 /// A value made by a run, its file already written.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct NewValue {
     pub hash: Digest,
     pub place: Place,
@@ -104,6 +104,20 @@ impl Cache {
         values: Vec<NewValue>,
         lock: Option<KeyLock>,
     ) -> Result<(), EngineError> {
+        self.note_values(values);
+        self.pending.runs.entry(key).or_default().push((record.variant(), record));
+        self.pending.locks.extend(lock);
+        self.wrote()
+    }
+
+    /// Stores values that were found elsewhere, and checked, after the record that names them.
+    pub fn put_values(&mut self, values: Vec<NewValue>) -> Result<(), EngineError> {
+        self.note_values(values);
+        self.wrote()
+    }
+
+    /// Values whose files, where they have any, are written.
+    fn note_values(&mut self, values: Vec<NewValue>) {
         for v in values {
             let (size, stored) = match v.place {
                 Place::Inline(bytes) => (bytes.len() as u64, Stored::Inline(Arc::new(bytes))),
@@ -120,9 +134,6 @@ impl Cache {
             }
             self.pending.values.insert(v.hash, (size, stored));
         }
-        self.pending.runs.entry(key).or_default().push((record.variant(), record));
-        self.pending.locks.extend(lock);
-        self.wrote()
     }
 
     /// Stores what [`MapRecord::write`](crate::engine::record::MapRecord::write) gave.

@@ -244,7 +244,7 @@ impl Schedule<'_> {
             }
             State::Ready if !self.options.dry_run => {
                 self.nodes[n].pending += 1;
-                self.ready.push(id);
+                self.make_ready(id);
             }
             _ => {}
         }

@@ -16,8 +16,27 @@ use crate::engine::{
 const LOSSES: u32 = 3;
 
 impl Schedule<'_> {
-    /// Has a value made again that is not there; `waiter` goes on then. `row` is its name in the producer's list.
+    /// Has a value brought or made again that is not there; `waiter` goes on then. `row` is its name in the producer's list.
     pub(super) fn mend(
+        &mut self,
+        from: OutputRef,
+        row: &str,
+        hash: Digest,
+        gone: &Gone,
+        waiter: Waiter,
+    ) -> Result<(), EngineError> {
+        if self.asks_for(from, hash) {
+            if let Gone::Lost(what) = gone {
+                self.note_loss(from.node.0 as usize, row, hash, what)?;
+            }
+            self.bring(from, row, hash, gone, waiter);
+            return Ok(());
+        }
+        self.make_again(from, row, hash, gone, waiter)
+    }
+
+    /// Has the producer of a value run again.
+    pub(super) fn make_again(
         &mut self,
         from: OutputRef,
         row: &str,

@@ -12,6 +12,7 @@ mod open;
 mod pool;
 mod read;
 mod ready;
+mod remote;
 mod settle;
 mod start;
 mod state;
@@ -23,7 +24,7 @@ pub use state::State;
 pub use task::panic_text;
 
 use super::{
-    cache::Cache,
+    cache::{Cache, NewValue},
     elements::{self, Taken},
     error::EngineError,
     events::{Event, Events},
@@ -33,12 +34,14 @@ use super::{
     plan::{OutputRef, Plan},
     profile::Profile,
     record::BakeRecord,
+    remote::{Found, Remote},
     report::{Audit, Failure},
     value::shown,
 };
 use crate::math::Stop;
 use held::Held;
 use ready::Ready;
+use remote::Second;
 use state::{NodeState, Output, Run, Takers};
 use std::{
     collections::{BTreeMap, BTreeSet, VecDeque},
@@ -69,6 +72,10 @@ enum Answer {
     Done(RunId, Box<Done>),
     /// So many of so many steps are done.
     Step(RunId, u64, u64),
+    /// What the second level holds under the key of a run.
+    Found(RunId, Digest, Option<Vec<Found>>),
+    /// A value from there.
+    Value(Digest, Option<NewValue>),
 }
 
 pub struct Schedule<'a> {
@@ -103,6 +110,7 @@ pub struct Schedule<'a> {
     flying: BTreeMap<Digest, Vec<RunId>>,
     running: usize,
     held: Held,
+    second: Second<'a>,
     pool: &'a Pool,
     answers: (mpsc::Sender<Answer>, mpsc::Receiver<Answer>),
     /// Values set aside, and how often.
@@ -130,6 +138,7 @@ pub struct Setting<'a> {
     pub previous: &'a BakeRecord,
     pub trust: Trust,
     pub pool: &'a Pool,
+    pub remote: Option<&'a Remote>,
     pub wanted: &'a [bool],
     pub forced: BTreeSet<usize>,
     pub jobs: usize,
@@ -197,6 +206,7 @@ impl<'a> Schedule<'a> {
             flying: BTreeMap::new(),
             running: 0,
             held: Held::default(),
+            second: Second::new(s.remote),
             pool: s.pool,
             answers: mpsc::channel(),
             lost: BTreeMap::new(),
@@ -249,7 +259,8 @@ impl<'a> Schedule<'a> {
                     continue;
                 }
             }
-            if self.running == 0 && (self.halted() || self.ready.is_empty() && self.elsewhere.is_empty()) {
+            let waits = !self.ready.is_empty() || !self.elsewhere.is_empty() || self.second.asks();
+            if self.running == 0 && (self.halted() || !waits) {
                 return Ok(());
             }
             self.receive()?;
@@ -258,7 +269,7 @@ impl<'a> Schedule<'a> {
 
     /// Waits for an answer, or for a moment where something else may change.
     fn receive(&mut self) -> Result<(), EngineError> {
-        let first = if self.elsewhere.is_empty() && !self.cache.has_pending() {
+        let first = if self.elsewhere.is_empty() && !self.second.asks() && !self.cache.has_pending() {
             self.answers.1.recv().ok()
         } else {
             match self.answers.1.recv_timeout(Duration::from_millis(20)) {
@@ -280,6 +291,8 @@ impl<'a> Schedule<'a> {
     fn take(&mut self, answer: Answer) -> Result<(), EngineError> {
         match answer {
             Answer::Done(id, done) => self.settle(id, *done),
+            Answer::Found(id, key, found) => self.take_found(id, key, found),
+            Answer::Value(hash, value) => self.take_value(hash, value),
             Answer::Step(id, done, total) => {
                 let Some(run) = self.nodes[id.node].runs.get(id.run) else { return Ok(()) };
                 let element = shown(&run.name);
@@ -317,7 +330,8 @@ impl<'a> Schedule<'a> {
     }
 
     fn tell_damage(&mut self) {
-        for text in std::mem::take(&mut self.cache.warnings) {
+        let texts = std::mem::take(&mut self.cache.warnings);
+        for text in texts.into_iter().chain(self.second.warnings()) {
             self.warn(None, None, &text);
         }
     }

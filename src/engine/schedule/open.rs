@@ -87,7 +87,7 @@ impl Schedule<'_> {
         {
             // What it is about to make is mostly what it made last time.
             for (_, record) in self.cache.runs(&old)? {
-                self.cache.note_indexed(&record);
+                self.cache.note_indexed(&record)?;
             }
         }
         if let (Some((variant, record)), State::Hit) = (&found, state) {
@@ -102,7 +102,7 @@ impl Schedule<'_> {
         if state == State::Ready && !self.options.dry_run {
             self.bind(n)?;
             self.nodes[n].pending += 1;
-            self.ready.push(id);
+            self.make_ready(id);
         }
         self.opened(n)
     }

@@ -140,7 +140,11 @@ impl Schedule<'_> {
         }
         let (fixed, keys) = (self.nodes[n].fixed, &self.nodes[n].source_keys);
         self.cache.put_fixed(fixed, || key::explain(node.kind.spec(), node.params.json(), keys));
-        self.cache.put_run(key, Arc::new(record), made.values, lock)?;
+        let record = Arc::new(record);
+        if cause != Cause::Audit {
+            self.hand_over(n, key, &record, &made.values);
+        }
+        self.cache.put_run(key, record, made.values, lock)?;
         self.note_reads(id, variant, reads);
         if changed && self.run_mut(id).is_again() {
             // Its consumers were keyed by bytes that nobody can make again.
@@ -155,7 +159,10 @@ impl Schedule<'_> {
         match cause {
             Cause::Forced => self.nodes[n].note = "forced",
             Cause::Lost => self.nodes[n].note = "its stored result was lost",
-            Cause::Remade => self.nodes[n].note = "it is transient, and its values were needed again",
+            Cause::Remade if node.transient => {
+                self.nodes[n].note = "it is transient, and its values were needed again";
+            }
+            Cause::Remade => self.nodes[n].note = "its values were not here, and were needed",
             Cause::Audit => self.nodes[n].note = "audited",
             Cause::Missing => {}
         }

@@ -37,8 +37,13 @@ impl Schedule<'_> {
             self.bind(id.node)?;
             let node = &self.plan.nodes[id.node];
             let name = self.run_mut(id).name.clone();
-            if self.decode_relations(id.node, &name)?.is_some() {
-                return Err(EngineError::Again(format!("a relation above {} is lost too", self.name(id.node))));
+            if let Some((from, value, gone)) = self.decode_relations(id.node, &name)? {
+                self.ready.pop();
+                let run = self.run_mut(id);
+                (run.state, run.busy().lock) = (State::Waiting, None);
+                let row = self.relation_row(id.node, from, &name);
+                self.mend(from, &row, value.hash, &gone, Waiter::Run(id, value.hash))?;
+                continue;
             }
             let Some(taken) = self.take_inputs(id.node, &name, id.run) else { break };
             let taken = match taken {

@@ -42,7 +42,8 @@ pub enum State {
     Waiting,
     /// It has to run.
     Ready,
-    /// Another process, or another node with an equal key, is making its result.
+    /// Another process, or another node with an equal key, is making its result; or the second level of the cache is
+    /// asked for it.
     Elsewhere,
     Running,
     /// Its result came from the cache.
