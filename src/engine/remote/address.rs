@@ -26,7 +26,7 @@ pub struct Opened {
     pub store: Arc<dyn ObjectStore>,
     pub prefix: Path,
     /// What may be wrong where the store refuses or does not answer.
-    pub hint: &'static str,
+    pub hint: String,
 }
 
 fn parse(url: &str) -> Result<Address, String> {
@@ -100,7 +100,7 @@ fn open_folder(folder: &std::path::Path, write: bool) -> Result<Opened, String> 
         Err(e) => return Err(format!("the folder cannot be read: {e}")),
     }
     let store = LocalFileSystem::new_with_prefix(folder).map_err(|e| e.to_string())?.with_fsync(true);
-    Ok(Opened { store: Arc::new(store), prefix: Path::default(), hint: "" })
+    Ok(Opened { store: Arc::new(store), prefix: Path::default(), hint: String::new() })
 }
 
 fn open_bucket(name: &str, prefix: &str, settings: &BTreeMap<String, String>) -> Result<Opened, String> {
@@ -131,13 +131,15 @@ fn open_bucket(name: &str, prefix: &str, settings: &BTreeMap<String, String>) ->
         None => builder,
     };
     let store = builder.build().map_err(|e| super::fault::text(&e))?;
-    let hint = if set("AWS_ACCESS_KEY_ID").is_none() && set("AWS_SKIP_SIGNATURE").is_none() {
-        "; AWS_ACCESS_KEY_ID is not set, so the machine's own role was asked for"
-    } else if endpoint.is_some() {
-        ""
-    } else {
-        "; AWS_ENDPOINT_URL is not set, so it is Amazon's"
+    let mut hint = match endpoint {
+        // It may hold a password.
+        Some(endpoint) if !endpoint.contains('@') => format!("; the endpoint is {endpoint}"),
+        Some(_) => String::new(),
+        None => "; AWS_ENDPOINT_URL is not set, so it is Amazon's".to_owned(),
     };
+    if set("AWS_ACCESS_KEY_ID").is_none() && set("AWS_SKIP_SIGNATURE").is_none() {
+        hint += "; AWS_ACCESS_KEY_ID is not set, so the machine's own role was asked for";
+    }
     Ok(Opened { store: Arc::new(store), prefix, hint })
 }
 

@@ -31,12 +31,12 @@ struct Inner {
 
 pub struct Health {
     url: String,
-    hint: &'static str,
+    hint: String,
     inner: Mutex<Inner>,
 }
 
 impl Health {
-    pub fn new(url: String, hint: &'static str, writes: bool) -> Self {
+    pub fn new(url: String, hint: String, writes: bool) -> Self {
         Self { url, hint, inner: Mutex::new(Inner { on: [true, writes], ..Inner::default() }) }
     }
 
@@ -59,7 +59,7 @@ impl Health {
         if !inner.on[deed as usize] {
             return;
         }
-        let (url, hint, text) = (&self.url, self.hint, fault.text());
+        let (url, hint, text) = (&self.url, &self.hint, fault.text());
         let doing = if deed == Deed::Read { "reading" } else { "writing" };
         match fault {
             Fault::Absent | Fault::Present => {}
@@ -74,9 +74,13 @@ impl Health {
             }
             Fault::Refused(_) => {
                 inner.on = [false; 2];
+                // Who may not list is refused what is absent, too.
+                let rights = text.contains("AccessDenied") || text.contains("403");
+                let rights =
+                    if rights { "; who reads needs the rights to get objects and to list the bucket" } else { "" };
                 inner.warnings.push(format!(
                     "the remote cache {url} is off for the rest of this bake, which goes on with the local cache: reading \
-                     {object} was refused ({text}){hint}; who reads needs the rights to get objects and to list the bucket"
+                     {object} was refused ({text}){hint}{rights}"
                 ));
             }
             Fault::Silent(_) | Fault::Other(_) => {
@@ -150,7 +154,7 @@ mod tests {
     use super::*;
 
     fn health() -> Health {
-        Health::new("s3://b".to_owned(), "", true)
+        Health::new("s3://b".to_owned(), String::new(), true)
     }
 
     #[test]
