@@ -3,7 +3,6 @@
 use super::{
     Done, Exit,
     backend::{BackendArgs, Chosen},
-    batch,
     events::{self, Style},
     folders::{CacheArg, RemoteArgs},
     interrupt,
@@ -17,7 +16,6 @@ use crate::{
     engine::{
         bake::{self, Forecast, Options, Outcome, Report},
         plan::Plan,
-        registry::Registry,
     },
     math::Stop,
 };
@@ -75,18 +73,14 @@ pub struct Args {
     profile: Option<PathBuf>,
 }
 
-pub fn run(args: &Args, registry: &Registry) -> Done {
-    let plan = args.pipeline.load(registry)?;
-    let backend = args.backend.open()?;
-    if !plan.rows.is_empty() {
-        return batch::run(args, &plan, &backend, registry);
-    }
+/// Bakes one plan.
+pub fn run(args: &Args, plan: Plan, backend: &Chosen) -> Done {
     if let Some(row) = args.row.first() {
         return Err(Exit::say(2, format!("--row {row}: the pipeline has no [batch]")));
     }
-    let options = args.options(&plan, &backend)?;
+    let options = args.options(&plan, backend)?;
     let stop = interrupt::stop()?;
-    let report = args.bake(&plan, &options, &backend, &stop)?;
+    let report = args.bake(&plan, &options, backend, &stop)?;
     args.tell(&plan, &report)?;
     let outcome = report.outcome;
     // The process ends here: to free a large plan node by node would only take time.

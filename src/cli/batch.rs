@@ -1,7 +1,13 @@
 //! A pipeline with `[batch]`: its bakes one after another, and one table of them all.
 
 use super::{
-    Done, Exit, backend::Chosen, bake::Args, interrupt, print, quantity::show_seconds, summary, terminal::say,
+    Done, Exit,
+    backend::Chosen,
+    bake::{self, Args},
+    interrupt, print,
+    quantity::show_seconds,
+    summary,
+    terminal::say,
 };
 use crate::{
     engine::{
@@ -36,8 +42,15 @@ const COLUMNS: [(&str, &str, bool); 15] = [
     ("max_deviation_px", "outlines moved, px", false),
 ];
 
+/// `farfield bake`.
+pub fn bake(args: &Args, registry: &Registry) -> Done {
+    let plan = args.pipeline.load(registry)?;
+    let backend = args.backend.open()?;
+    if plan.rows.is_empty() { bake::run(args, plan, &backend) } else { run(args, &plan, &backend, registry) }
+}
+
 /// Bakes the rows of `plan`, all of them or those that `args` name.
-pub fn run(args: &Args, plan: &Plan, backend: &Chosen, registry: &Registry) -> Done {
+fn run(args: &Args, plan: &Plan, backend: &Chosen, registry: &Registry) -> Done {
     if args.traces() {
         return Err(Exit::say(2, "--profile: a trace is of one bake; name one with --row"));
     }

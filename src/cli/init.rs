@@ -276,7 +276,7 @@ fn number(value: f64, scale: f64) -> String {
 fn more(method: &str) -> &'static str {
     match method {
         "tdm" => {
-            "\n[nodes.collapse]\nfactor = 2.0   # how far the surface may move, pixels; more is coarser\n\n\
+            "\n\
              [require.evaluate]   # a bake that misses a bound exits with 3 and goes to out/<name>/rejected/\n\
              \"psnr_y_object_db.mean\" = { min = 18 }   # dB; `farfield nodes evaluate views` lists the measures\n"
         }

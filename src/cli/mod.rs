@@ -159,7 +159,7 @@ pub fn run(arguments: impl Iterator<Item = OsString>, registry: &Registry) -> Ex
         e.exit()
     });
     let done = match cli.command {
-        Command::Bake(args) => bake::run(&args, registry),
+        Command::Bake(args) => batch::bake(&args, registry),
         #[cfg(feature = "watch")]
         Command::Watch(args) => watch::run(&args, registry),
         Command::Init(args) => init::run(&args, registry),

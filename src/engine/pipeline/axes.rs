@@ -54,8 +54,11 @@ fn node(links: &Links, at: usize, known: &[Option<NodeAxes>], problems: &mut Vec
     if inputs.iter().all(Vec::is_empty) && node.per.is_empty() && node.cross.is_none() {
         // The common node: nothing is a list.
         for (spec, input) in specs.iter().zip(&node.inputs) {
-            if matches!(spec.arity, Arity::Many { .. }) && node.of_port.is_none() {
-                problems.push(no_list(links, spec.name, input.from?, input.place));
+            // One that may be left out is fed by nothing.
+            if let Some(from) =
+                input.from.filter(|_| matches!(spec.arity, Arity::Many { .. }) && node.of_port.is_none())
+            {
+                problems.push(no_list(links, spec.name, from, input.place));
             }
         }
         let gathered = vec![Vec::new(); inputs.len()];
