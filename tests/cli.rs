@@ -655,3 +655,60 @@ fn completions_and_manual_pages_are_printed() {
     let wrong = farfield(folder.path(), &["man", "small.toml"]);
     assert!(wrong.code == 1 && wrong.err.contains("small.toml: "), "{}", wrong.err);
 }
+
+/// Rows are checked before the first is baked; each is cached by itself, and the table changes only where the results do.
+#[test]
+fn a_batch_bakes_every_row_and_leaves_one_table() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    let text = "[params]\nseed = 1\n[nodes.make]\nkind = \"make-scene\"\nwhat = \"car\"\nseed = \"{seed}\"\n\
+                [nodes.choose]\nkind = \"choose\"\nscene = \"make\"\nbudget = { triangles = 0 }\n\
+                [files]\n\"choice.json\" = \"choose.certificate\"\n[require.choose]\nbudget_taken = { max = 1 }\n";
+    let batch = |rows: &str| std::fs::write(path("cars.toml"), format!("{text}{rows}")).unwrap();
+    batch("[batch]\nseed = [1, 2]\n");
+    let first = farfield(folder.path(), &["bake", "cars.toml"]);
+    assert!(
+        first.code == 0 && first.out.contains("batch: 2 of 2 bakes met all, 0 hits, 4 ran, "),
+        "{}{}",
+        first.out,
+        first.err
+    );
+    let table = || {
+        (std::fs::read_to_string(path("out/summary.csv")).unwrap(), std::fs::read(path("out/summary.html")).unwrap())
+    };
+    let (csv, html) = table();
+    assert!(csv.starts_with("bake,outcome,verdict,") && csv.lines().count() == 3, "{csv}");
+    assert!(csv.lines().nth(2).unwrap().starts_with("2,baked,within budget,1,1,2,"), "{csv}");
+    assert!(String::from_utf8(html.clone()).unwrap().contains("href=\"cars-2/report.html\""));
+    let again = farfield(folder.path(), &["bake", "cars.toml"]);
+    assert!(again.out.contains("4 hits, 0 ran, ") && table() == (csv, html), "{}", again.out);
+
+    // A row that misses a bound and one whose scene is wrong keep no other from its results.
+    batch(
+        "[[batch]]\nname = \"small\"\n\"choose.budget\" = { triangles = 3 }\n[[batch]]\nname = \"whole\"\nseed = 1\n",
+    );
+    let missed = farfield(folder.path(), &["bake", "cars.toml"]);
+    assert!(missed.code == 3 && missed.out.contains("batch: 1 of 2 bakes met all"), "{} {}", missed.code, missed.out);
+    let (csv, _) = table();
+    assert!(csv.lines().nth(1).unwrap().starts_with("small,certificate not met,over budget,0,1,"), "{csv}");
+    let one = farfield(folder.path(), &["bake", "cars.toml", "--row", "whole"]);
+    assert!(one.code == 0 && table().0.lines().count() == 2, "{}", one.out);
+
+    for (args, expect) in [
+        (&["bake", "cars.toml", "--row", "wole"][..], "did you mean `whole`?"),
+        (&["bake", "small.toml", "--row", "whole"], "the pipeline has no [batch]"),
+        (&["bake", "cars.toml", "--profile", "p.json"], "--profile"),
+    ] {
+        let ran = farfield(folder.path(), args);
+        assert!(ran.code == 2 && ran.err.contains(expect), "{args:?}: {} {}", ran.code, ran.err);
+    }
+    batch("[batch]\nsed = [1]\n");
+    for command in ["check", "bake"] {
+        let wrong = farfield(folder.path(), &[command, "cars.toml"]);
+        assert!(
+            wrong.code == 2 && wrong.err.contains("no knob `sed`") && wrong.err.contains("in the row `1`"),
+            "{}",
+            wrong.err
+        );
+    }
+}
