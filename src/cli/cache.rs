@@ -6,7 +6,7 @@ use super::{
     interrupt, print,
     quantity::{bytes, duration, show_bytes},
 };
-use crate::engine::cache::{self, Collected, Limits};
+use crate::engine::cache::{self, Collected, Limits, Rebuilt};
 use std::time::Duration;
 
 /// Shows, verifies and shrinks the cache
@@ -25,6 +25,11 @@ enum Action {
     },
     /// Checks the index and compares every value with its hash; damaged values are set aside and will be recomputed
     Verify {
+        #[command(flatten)]
+        cache: CacheArg,
+    },
+    /// Makes the index anew from the values and from what a damaged index still says
+    Rebuild {
         #[command(flatten)]
         cache: CacheArg,
     },
@@ -79,6 +84,10 @@ pub fn run(args: &Args) -> Done {
                 },
             ))
         }
+        Action::Rebuild { cache } => {
+            let Some(r) = cache::rebuild(&cache.folder(), &interrupt::stop()?)? else { return none(cache) };
+            print(&rebuilt(&r))
+        }
         Action::Gc { cache, max_size, max_age, keep_bakes } => {
             let limits = Limits { max_bytes: *max_size, max_age: *max_age, keep_bakes: *keep_bakes };
             let Some(c) = cache::gc(&cache.folder(), &limits)? else { return none(cache) };
@@ -93,6 +102,19 @@ fn none(cache: &CacheArg) -> Done {
 
 fn count(n: u64, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
+/// What the new index holds, and what was lost.
+fn rebuilt(r: &Rebuilt) -> String {
+    let mut out: String = r.bad.iter().map(|bad| format!("bad: {bad}\n")).collect();
+    let (runs, maps, bakes) = (count(r.runs, "run"), count(r.maps, "map"), count(r.bakes, "record"));
+    out += &format!("the index is made anew: {runs}, {maps}, {bakes} of bakes, ");
+    out += &format!("{} ({})\n", count(r.values, "value"), show_bytes(r.bytes));
+    if !r.bad.is_empty() || r.dropped_records > 0 {
+        let (bad, records) = (count(r.bad.len() as u64, "bad value"), count(r.dropped_records, "record"));
+        out += &format!("{bad} set aside, {records} dropped; the next bake computes again what it needs\n");
+    }
+    out
 }
 
 /// What a sweep did, and why it did not do more.

@@ -3,7 +3,7 @@
 
 use super::{
     folder,
-    layout::{FILE, MADE, path, uri},
+    layout::{FILE, MADE, NAMES_ASIDE, path, uri},
     lock::Lock,
 };
 use crate::engine::error::EngineError;
@@ -16,7 +16,7 @@ use std::{
 
 /// Tables whose rows may be large have a rowid: without one a search compares whole rows, and a list of 100,000 outputs
 /// on its path is read each time. Compared with what the file says, byte by byte.
-const TABLES: [&str; 6] = [
+pub(super) const TABLES: [&str; 6] = [
     "CREATE TABLE run(key BLOB, variant BLOB, record BLOB, used INTEGER, PRIMARY KEY(key, variant))",
     "CREATE TABLE map(key BLOB PRIMARY KEY, record BLOB, used INTEGER)",
     "CREATE TABLE value(hash BLOB PRIMARY KEY, size INTEGER, data BLOB)",
@@ -229,7 +229,7 @@ fn to_read(path: &Path, why: &str) -> rusqlite::Result<Index> {
 }
 
 /// The lock under which an index is made or set aside.
-fn lock(cache: &Path) -> io::Result<Lock> {
+pub(super) fn lock(cache: &Path) -> io::Result<Lock> {
     loop {
         if let Some(lock) = Lock::take(&cache.join("index.lock"))? {
             return Ok(lock);
@@ -274,17 +274,23 @@ pub fn set_aside(cache: &Path, certain: bool) -> Result<(), EngineError> {
     let lock = lock(cache).map_err(fail)?;
     let sound = || -> Result<bool, Fail> { Ok(fault(&to_write_unmade(cache)?)?.is_none()) };
     if certain || !matches!(sound(), Ok(true)) {
-        for suffix in ["", "-wal", "-shm"] {
-            let to = cache.join(format!("{FILE}.damaged{suffix}"));
-            // A folder in the index's place may meet one that was moved here before.
-            let _ = fs::remove_dir(&to);
-            match fs::rename(cache.join(format!("{FILE}{suffix}")), to) {
-                Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(fail(e)),
-                _ => {}
-            }
-        }
+        move_aside(cache).map_err(fail)?;
     }
     drop(lock);
+    Ok(())
+}
+
+/// Moves the index out of the way. The lock of [`lock`] is held.
+pub(super) fn move_aside(cache: &Path) -> io::Result<()> {
+    for (suffix, aside) in ["", "-wal", "-shm"].into_iter().zip(NAMES_ASIDE) {
+        let to = cache.join(aside);
+        // A folder in the index's place may meet one that was moved here before.
+        let _ = fs::remove_dir(&to);
+        match fs::rename(cache.join(format!("{FILE}{suffix}")), to) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
+            _ => {}
+        }
+    }
     Ok(())
 }
 

@@ -6,6 +6,9 @@ use std::path::{Path, PathBuf};
 /// The number is that of the tables' and records' layout: another layout is another file.
 const LAYOUT: u32 = 4;
 pub const FILE: &str = "index-4.sqlite";
+/// An index that was set aside, its log, and what belongs to that.
+pub const NAMES_ASIDE: [&str; 3] =
+    ["index-4.sqlite.damaged", "index-4.sqlite.damaged-wal", "index-4.sqlite.damaged-shm"];
 /// Stands in the file once its tables are made.
 pub const MADE: i64 = 1;
 

@@ -6,6 +6,7 @@
 
 mod bakes;
 pub mod blob;
+mod carve;
 pub mod files;
 mod folder;
 mod gc;
@@ -13,6 +14,7 @@ pub(super) mod index;
 mod layout;
 pub mod lock;
 pub mod pack;
+mod rebuild;
 #[cfg(test)]
 mod tests;
 mod verify;
@@ -22,6 +24,7 @@ pub use bakes::{BakesOnRecord, PROTECTED};
 pub use folder::check as check_folder;
 pub use gc::{Collected, Limits, gc, values_of};
 pub use index::set_aside as set_index_aside;
+pub use rebuild::{Rebuilt, rebuild};
 pub use verify::{Stats, Verified, stats, verify};
 pub use write::{NewValue, Place};
 
