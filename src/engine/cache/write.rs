@@ -178,7 +178,12 @@ impl Cache {
         self.end()?;
         match self.write(&pending) {
             Err(e) if pending.is_only_notes() && index::cannot_write(&e) => Ok(()),
-            other => other.map_err(|e| self.sql(&e)),
+            Err(e) => {
+                // What comes later may lead to what is lost with this: nothing more is stored.
+                self.writable = false;
+                Err(self.sql(&e))
+            }
+            Ok(()) => Ok(()),
         }
     }
 
