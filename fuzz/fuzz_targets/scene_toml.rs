@@ -1,5 +1,8 @@
 #![no_main]
 
-mod one_file;
+#[path = "../entries.rs"]
+mod entries;
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| one_file::try_load("a.toml", data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| {
+    entries::scene("a.toml", data);
+});

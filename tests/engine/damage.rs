@@ -262,39 +262,6 @@ fn bakes_that_begin_at_once_make_one_cache() {
     }
 }
 
-/// Another seed of squares each time: what was baked before must be read.
-fn reads_all(pad: u32) -> Plan {
-    squares(&[1, 2, 3], pad)
-}
-
-#[test]
-fn flipped_bits_of_an_index_change_no_output_and_do_not_last() {
-    let t = Bench::new();
-    ok(&t.bake(&reads_all(0)));
-    let before = tree(&t.path("out"));
-    let index = t.path("cache/index-4.sqlite");
-    let db = rusqlite::Connection::open(&index).unwrap();
-    db.execute_batch("PRAGMA journal_mode = DELETE; PRAGMA page_size = 512; VACUUM; PRAGMA journal_mode = WAL;")
-        .unwrap();
-    drop(db);
-    let good = fs::read(&index).unwrap();
-    // Every bit is flipped in a test of the cache alone; here some of them meet a whole bake.
-    let step = good.len() / 150;
-    for at in (0..good.len()).step_by(step) {
-        let mut bad = good.clone();
-        bad[at] ^= 1 << (at / step % 8);
-        for suffix in ["-wal", "-shm"] {
-            let _ = fs::remove_file(t.path(&format!("cache/index-4.sqlite{suffix}")));
-        }
-        fs::write(&index, bad).unwrap();
-        for pad in [0, 1, 0] {
-            ok(&t.bake(&reads_all(pad)));
-            assert_eq!(tree(&t.path("out")), before, "byte {at}");
-        }
-        assert_eq!(t.bake(&reads_all(1)).warnings, 0, "byte {at}");
-    }
-}
-
 #[test]
 fn a_value_that_cannot_be_read_is_made_again() {
     let t = Bench::new();

@@ -1,0 +1,9 @@
+#![no_main]
+
+#[path = "../entries.rs"]
+mod entries;
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| {
+    let folder = std::env::temp_dir().join(format!("farfield-fuzz-index-{}", std::process::id()));
+    entries::index(&folder, data);
+});
