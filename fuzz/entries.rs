@@ -82,6 +82,7 @@ pub fn pipeline(data: &[u8]) {
         stock: cli::stock::STOCK,
         require: &[],
         name: None,
+        row: None,
         everywhere: &[],
     };
     static REGISTRY: LazyLock<farfield::engine::registry::Registry> = LazyLock::new(nodes::registry);
