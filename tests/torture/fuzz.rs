@@ -151,6 +151,7 @@ static VALUES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
         stock: &[],
         require: &[],
         name: None,
+        row: None,
         everywhere: &[],
     };
     let plan = load_text("kinds.toml", &text, &request, &nodes::registry()).unwrap_or_else(|e| panic!("{e}"));
