@@ -6,7 +6,6 @@ use farfield::{
         bake::{Outcome, bake},
         cache,
         events::{Event, Events, Silent},
-        plan::Plan,
     },
     math::Stop,
 };

@@ -15,7 +15,6 @@ use bench::*;
 use farfield::{
     engine::{
         bake::{Options, Outcome, Report, bake},
-        cache,
         events::Silent,
         plan::Plan,
         why::why,
@@ -23,7 +22,7 @@ use farfield::{
     math::Stop,
 };
 use serde_json::json;
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{fs, path::Path};
 use support::*;
 
 /// a list, its squares, their sum, printed.

@@ -251,3 +251,33 @@ fn values_of_another_type_are_damage() {
         }
     }
 }
+
+#[test]
+fn after_a_write_that_failed_nothing_is_stored_that_leads_to_what_was_lost() {
+    let dir = tempfile::tempdir().unwrap();
+    let root = dir.path().join("cache");
+    let mut cache = Cache::open(&root, true).unwrap();
+    let pages: i64 = cache.db.query_row("PRAGMA page_count", [], |r| r.get(0)).unwrap();
+    cache.db.pragma_update(None, "max_page_count", pages).unwrap();
+    let value = vec![7; 16_000];
+    let out = || PortOut::One(Value { hash: Digest::of(&value), size: value.len() as u64 });
+    let run = RunRecord {
+        fixed: hash(50),
+        inputs: Vec::new(),
+        outputs: vec![out()],
+        warnings: Vec::new(),
+        seconds: 1.0,
+        reads: Vec::new(),
+    };
+    let new = NewValue { hash: Digest::of(&value), place: Place::Inline(value.clone()) };
+    let stored = cache.put_run(hash(0), Arc::new(run), vec![new], None).and_then(|()| cache.flush());
+    assert!(stored.unwrap_err().to_string().contains("the disk is full"));
+    // There is space again, and the node's other results come in.
+    cache.db.pragma_update(None, "max_page_count", pages + 1000).unwrap();
+    let row = MapRow { name: "n".to_owned(), key: hash(0), outputs: vec![out()] };
+    let map = MapRecord { fixed: hash(50), inputs: Vec::new(), rows: vec![row], warnings: Vec::new() };
+    cache.put_map(hash(20), map_bytes(&hash(20), &map)).unwrap();
+    drop(cache);
+    let found = verify(&root, &crate::math::Stop::default()).unwrap().unwrap();
+    assert!(found.is_clean(), "{found:?}");
+}
