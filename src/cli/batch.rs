@@ -12,7 +12,7 @@ use super::{
 use crate::{
     engine::{
         bake::{Outcome, Report},
-        pipeline::{self, Problems},
+        pipeline,
         plan::Plan,
         publish::{page, table},
         registry::Registry,
@@ -114,18 +114,6 @@ fn run(args: &Args, plan: &Plan, backend: &Chosen, registry: &Registry) -> Done 
     if worst == 0 { Ok(()) } else { Err(Exit(worst)) }
 }
 
-/// The one pipeline that `args` ask for, or what is wrong with it: of a batch a single row.
-pub fn one(args: &Args, registry: &Registry) -> Result<Result<Plan, Problems>, Exit> {
-    let plan = match args.pipeline.read(registry)? {
-        Ok(plan) if !plan.rows.is_empty() => plan,
-        other => return Ok(other),
-    };
-    match &chosen(args, &plan)?[..] {
-        [row] => args.pipeline.read_row(*row, registry),
-        rows => Err(Exit::say(2, format!("[batch] asks for {} bakes; name one of them with --row", rows.len()))),
-    }
-}
-
 /// Of two exit codes the one to end with: interruption, then failure, then a certificate that was not met.
 fn worse(a: u8, b: u8) -> u8 {
     const RANK: [u8; 5] = [130, 1, 2, 3, 0];
@@ -134,7 +122,7 @@ fn worse(a: u8, b: u8) -> u8 {
 }
 
 /// The numbers of the rows to bake.
-fn chosen(args: &Args, plan: &Plan) -> Result<Vec<usize>, Exit> {
+pub fn chosen(args: &Args, plan: &Plan) -> Result<Vec<usize>, Exit> {
     if args.rows().is_empty() {
         return Ok((0..plan.rows.len()).collect());
     }

@@ -17,6 +17,7 @@ use super::{
 use crate::{
     engine::{
         bake::{Outcome, Report},
+        pipeline::Problems,
         plan::Plan,
         registry::Registry,
         why::why,
@@ -133,9 +134,21 @@ pub fn run(args: &Args, registry: &Registry) -> Done {
     if code == 0 { Ok(()) } else { Err(Exit(code)) }
 }
 
+/// The one pipeline that `args` ask for, or what is wrong with it: of a batch a single row.
+fn one(args: &bake::Args, registry: &Registry) -> Result<Result<Plan, Problems>, Exit> {
+    let plan = match args.pipeline.read(registry)? {
+        Ok(plan) if !plan.rows.is_empty() => plan,
+        other => return Ok(other),
+    };
+    match &batch::chosen(args, &plan)?[..] {
+        [row] => args.pipeline.read_row(*row, registry),
+        rows => Err(Exit::say(2, format!("[batch] asks for {} bakes; name one of them with --row", rows.len()))),
+    }
+}
+
 /// The files to watch before the first bake; an error where there are none.
 fn first(args: &Args, registry: &Registry) -> Result<Vec<PathBuf>, Exit> {
-    let files = match batch::one(&args.bake, registry)? {
+    let files = match one(&args.bake, registry)? {
         Ok(plan) if plan.texts.is_empty() && plan.sources.iter().all(|s| s.starts_with("builtin:")) => {
             let what = format!(
                 "nothing to watch: the stock pipeline {} reads no file; `farfield init SCENE` writes a pipeline file",
@@ -323,7 +336,7 @@ impl<'a> Session<'a> {
 /// One bake, from the file to its summary.
 fn attempt(args: &Args, registry: &Registry, backend: &Chosen, stop: &Stop, began: i128) -> Ended {
     let nothing = |files| Ended { files, result: None, began };
-    let plan = match batch::one(&args.bake, registry) {
+    let plan = match one(&args.bake, registry) {
         Ok(Ok(plan)) => plan,
         Ok(Err(problems)) => {
             pipeline::report(&problems);
