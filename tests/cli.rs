@@ -668,7 +668,7 @@ fn a_batch_bakes_every_row_and_leaves_one_table() {
     batch("[batch]\nseed = [1, 2]\n");
     let first = farfield(folder.path(), &["bake", "cars.toml"]);
     assert!(
-        first.code == 0 && first.out.contains("batch: 2 of 2 bakes met all, 0 hits, 4 ran, "),
+        first.code == 0 && first.out.contains("batch: 2 of 2 bakes met all, ") && !first.out.contains(" 0 ran, "),
         "{}{}",
         first.out,
         first.err
