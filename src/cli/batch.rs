@@ -51,10 +51,10 @@ pub fn bake(args: &Args, registry: &Registry) -> Done {
 
 /// Bakes the rows of `plan`, all of them or those that `args` name.
 fn run(args: &Args, plan: &Plan, backend: &Chosen, registry: &Registry) -> Done {
-    if args.traces() {
+    let chosen = chosen(args, plan)?;
+    if args.traces() && chosen.len() > 1 {
         return Err(Exit::say(2, "--profile: a trace is of one bake; name one with --row"));
     }
-    let chosen = chosen(args, plan)?;
     // Nothing runs before all are known to be sound.
     for row in &chosen {
         args.pipeline
