@@ -109,16 +109,7 @@ fn registry() -> Registry {
 }
 
 fn check(text: &str) -> Plan {
-    let request = Request {
-        file: "test.toml",
-        folder: Path::new("."),
-        set: &[],
-        require: &[],
-        name: None,
-        stock: &[],
-        row: None,
-        everywhere: &[],
-    };
+    let request = Request::new("test.toml", Path::new("."), &[]);
     load_text("test.toml", text, &request, &registry()).unwrap_or_else(|problems| panic!("{problems}"))
 }
 

@@ -86,16 +86,7 @@ fn tree(count: usize) -> String {
 fn check(text: &str) -> Plan {
     let mut registry = Registry::default();
     registry.add::<Add>();
-    let request = Request {
-        file: "tree.toml",
-        folder: Path::new("."),
-        set: &[],
-        stock: &[],
-        require: &[],
-        name: None,
-        row: None,
-        everywhere: &[],
-    };
+    let request = Request::new("tree.toml", Path::new("."), &[]);
     load_text("tree.toml", text, &request, &registry).unwrap_or_else(|problems| panic!("{problems}"))
 }
 

@@ -75,16 +75,7 @@ pub fn pipeline(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     let (text, set) = text.split_once("\n--set\n").unwrap_or((text, ""));
     let set: Vec<String> = set.lines().take(8).map(str::to_owned).collect();
-    let request = Request {
-        file: "fuzz.toml",
-        folder: Path::new("/"),
-        set: &set,
-        stock: cli::stock::STOCK,
-        require: &[],
-        name: None,
-        row: None,
-        everywhere: &[],
-    };
+    let request = Request { set: &set, ..Request::new("fuzz.toml", Path::new("/"), cli::stock::STOCK) };
     static REGISTRY: LazyLock<farfield::engine::registry::Registry> = LazyLock::new(nodes::registry);
     if let Err(problems) = load_text("fuzz.toml", text, &request, &REGISTRY) {
         assert!(!problems.list.is_empty() && !problems.to_string().is_empty());

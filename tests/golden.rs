@@ -97,16 +97,7 @@ fn short(parts: impl IntoIterator<Item = (String, Digest)>) -> String {
 fn plan() -> Plan {
     let text = std::fs::read_to_string(file("kinds.toml")).unwrap();
     let folder = file("");
-    let request = Request {
-        file: "kinds.toml",
-        folder: &folder,
-        set: &[],
-        require: &[],
-        name: None,
-        stock: &[],
-        row: None,
-        everywhere: &[],
-    };
+    let request = Request::new("kinds.toml", &folder, &[]);
     load_text("kinds.toml", &text, &request, &nodes::registry()).unwrap_or_else(|problems| panic!("{problems}"))
 }
 

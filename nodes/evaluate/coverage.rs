@@ -78,13 +78,7 @@ impl Node for Coverage {
     }
 
     fn measures() -> Vec<Measure> {
-        let measure = |(path, about): &(&str, &str)| Measure {
-            path: (*path).to_owned(),
-            about: (*about).to_owned(),
-            unit: String::new(),
-            picture: None,
-        };
-        MEASURES.iter().map(measure).collect()
+        MEASURES.iter().map(|(path, about)| Measure::new(path, about, "")).collect()
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {

@@ -131,13 +131,7 @@ impl Node for Points {
     type Out = Out;
 
     fn measures() -> Vec<Measure> {
-        let measure = |(path, about, unit): &(&str, &str, &str)| Measure {
-            path: (*path).to_owned(),
-            about: (*about).to_owned(),
-            unit: (*unit).to_owned(),
-            picture: None,
-        };
-        MEASURES.iter().map(measure).collect()
+        MEASURES.iter().map(|(path, about, unit)| Measure::new(path, about, unit)).collect()
     }
 
     fn memory(_: &Params, sizes: &[u64]) -> u64 {

@@ -154,10 +154,8 @@ impl Node for Walk {
 
     fn measures() -> Vec<Measure> {
         let one = |(path, about, unit): &(&str, &str, &str)| Measure {
-            path: (*path).into(),
-            about: (*about).into(),
-            unit: (*unit).into(),
             picture: path.starts_with("psnr").then(|| "worst-psnr".into()),
+            ..Measure::new(path, about, unit)
         };
         MEASURES.iter().map(one).collect()
     }

@@ -75,16 +75,7 @@ pub fn run(args: &Args, registry: &Registry) -> Done {
         _ => Aabb::EMPTY,
     };
     let text = text(&args.method, &name, &scene, &bounds, args.allow_outside);
-    let request = Request {
-        file: "",
-        folder: &home,
-        set: &[],
-        require: &[],
-        name: None,
-        row: None,
-        stock: STOCK,
-        everywhere: &[],
-    };
+    let request = Request::new("", &home, STOCK);
     let file_name = file.file_name().unwrap_or_default().to_string_lossy();
     load_text(&file_name, &text, &request, registry).map_err(|problems| pipeline::report(&problems))?;
     write(&file, &text, args.overwrite).map_err(|e| match e.kind() {
@@ -298,16 +289,8 @@ mod tests {
         for method in METHODS {
             for bounds in [BOUNDS, Aabb { min: DVec3::ZERO, max: DVec3::new(0.1, 0.02, 3.3) }, Aabb::EMPTY] {
                 let text = text(method, "park", "builtin:park", &bounds, true);
-                let request = Request {
-                    file: "",
-                    folder: &std::env::temp_dir(),
-                    set: &[],
-                    require: &[],
-                    name: None,
-                    stock: STOCK,
-                    row: None,
-                    everywhere: &[],
-                };
+                let folder = std::env::temp_dir();
+                let request = Request::new("", &folder, STOCK);
                 let plan = load_text("park.toml", &text, &request, &registry);
                 let plan = plan.unwrap_or_else(|problems| panic!("{method}\n{text}\n{problems}"));
                 assert_eq!((plan.name.as_str(), &*plan.sources), ("park", &["builtin:park".to_owned()][..]));

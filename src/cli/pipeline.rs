@@ -55,14 +55,12 @@ impl PipelineArgs {
         let folder = std::env::current_dir().map_err(|e| Exit::say(2, format!("no working folder: {e}")))?;
         let everywhere = [("allow_outside", serde_json::Value::Bool(true))];
         let request = Request {
-            file: &self.file,
-            folder: &folder,
             set: &self.set,
             require: &self.require,
             name: self.name.as_deref(),
-            stock: STOCK,
             row,
             everywhere: if self.allow_outside { &everywhere } else { &[] },
+            ..Request::new(&self.file, &folder, STOCK)
         };
         Ok(pipeline::load(&request, registry))
     }

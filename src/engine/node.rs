@@ -271,6 +271,13 @@ pub struct Measure {
     pub picture: Option<String>,
 }
 
+impl Measure {
+    /// One that no picture shows.
+    pub fn new(path: &str, about: &str, unit: &str) -> Self {
+        Self { path: path.to_owned(), about: about.to_owned(), unit: unit.to_owned(), picture: None }
+    }
+}
+
 /// The beginning of a source file, for [`Node::check_source`].
 #[derive(Clone, Copy, Debug)]
 pub struct Head<'a> {

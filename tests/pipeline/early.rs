@@ -15,16 +15,7 @@ const JUDGE: &str = "[nodes.judge]\nkind = \"judge\"\n[require.judge]\n\"crack_p
 
 fn with(text: &str, require: &[&str], name: Option<&str>, folder: &Path) -> Result<Plan, Problems> {
     let require: Vec<String> = require.iter().map(|s| (*s).to_owned()).collect();
-    let request = Request {
-        file: "test.toml",
-        folder,
-        set: &[],
-        stock: STOCK,
-        require: &require,
-        name,
-        row: None,
-        everywhere: &[],
-    };
+    let request = Request { require: &require, name, ..Request::new("test.toml", folder, STOCK) };
     load_text("test.toml", text, &request, &kinds::registry())
 }
 

@@ -81,16 +81,7 @@ impl Site {
     fn bake(&self, set: &[&str], jobs: usize, cache: &str, out: &str) -> Report {
         let set: Vec<String> = set.iter().map(|s| (*s).to_owned()).collect();
         let folder = self.0.path();
-        let request = Request {
-            file: "yard.pipeline.toml",
-            folder,
-            set: &set,
-            stock: STOCK,
-            require: &[],
-            name: None,
-            row: None,
-            everywhere: &[],
-        };
+        let request = Request { set: &set, ..Request::new("yard.pipeline.toml", folder, STOCK) };
         let plan = load(&request, &nodes::registry()).unwrap_or_else(|problems| panic!("{problems}"));
         let options = Options { jobs, ..Options::new(folder.join(cache), folder.join(out)) };
         let report = bake(&plan, &options, &Stop::default(), &Silent).unwrap();

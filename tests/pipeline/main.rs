@@ -64,15 +64,6 @@ fn check_row(text: &str, set: &[&str], row: usize) -> Result<Plan, Problems> {
 fn of_row(text: &str, set: &[&str], row: Option<usize>) -> Result<Plan, Problems> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/pipeline/folder");
     let set: Vec<String> = set.iter().map(|s| (*s).to_owned()).collect();
-    let request = Request {
-        file: "test.toml",
-        folder: &folder,
-        set: &set,
-        stock: STOCK,
-        require: &[],
-        name: None,
-        row,
-        everywhere: &[],
-    };
+    let request = Request { set: &set, row, ..Request::new("test.toml", &folder, STOCK) };
     load_text("test.toml", text, &request, &kinds::registry())
 }

@@ -71,16 +71,7 @@ fn source_paths_start_from_the_file_that_names_them() {
     write("part/ship.glb", "x");
     write("part/ship.toml", "[pipeline]\nbase = \"stock\"\n[params]\nscene = \"ship.glb\"");
     write("mine.toml", "[pipeline]\nname = \"mine\"\nbase = \"part/ship.toml\"\n[nodes.collapse]\nfactor = 3");
-    let request = farfield::engine::pipeline::Request {
-        file: "mine.toml",
-        folder: folder.path(),
-        set: &[],
-        stock: super::STOCK,
-        require: &[],
-        name: None,
-        row: None,
-        everywhere: &[],
-    };
+    let request = farfield::engine::pipeline::Request::new("mine.toml", folder.path(), super::STOCK);
     let plan = farfield::engine::pipeline::load(&request, &super::kinds::registry()).unwrap_or_else(|p| panic!("{p}"));
     assert_eq!(plan.name, "mine");
     assert!(node(&plan, "load").params.json()["path"].as_str().unwrap().ends_with("ship.glb"));
@@ -219,16 +210,7 @@ fn another_method_keeps_the_keys_that_it_has() {
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     write("base.toml", METHODS);
     write("mine.toml", "[pipeline]\nbase = \"base.toml\"\n[nodes.simple]\nmethod = \"smooth\"\nfactor = 5\n");
-    let request = farfield::engine::pipeline::Request {
-        file: "mine.toml",
-        folder: folder.path(),
-        set: &[],
-        stock: &[],
-        require: &[],
-        name: None,
-        row: None,
-        everywhere: &[],
-    };
+    let request = farfield::engine::pipeline::Request::new("mine.toml", folder.path(), &[]);
     let plan = farfield::engine::pipeline::load(&request, &super::kinds::registry()).unwrap_or_else(|p| panic!("{p}"));
     assert_eq!(*node(&plan, "simple").params.json(), json!({ "factor": 5.0 }));
 }

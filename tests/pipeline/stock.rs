@@ -25,16 +25,7 @@ fn every_stock_pipeline_checks() {
         let folder = std::env::current_dir().unwrap();
         // The scene of one is made of model files that are not in the repository.
         let set = if *name == "park-8m" { vec!["scene=builtin:park".to_owned()] } else { Vec::new() };
-        let request = Request {
-            file: name,
-            folder: &folder,
-            set: &set,
-            stock: STOCK,
-            require: &[],
-            name: None,
-            row: None,
-            everywhere: &[],
-        };
+        let request = Request { set: &set, ..Request::new(name, &folder, STOCK) };
         let plan = load(&request, &registry).unwrap_or_else(|problems| panic!("{name}\n{problems}"));
         assert_eq!(&plan.name, name);
     }
@@ -46,16 +37,7 @@ fn every_stock_pipeline_has_the_common_knobs() {
     let folder = std::env::current_dir().unwrap();
     let set: Vec<String> = ["scene=builtin:car", "resolution=256", "views=8"].iter().map(|s| (*s).to_owned()).collect();
     for (name, _) in STOCK {
-        let request = Request {
-            file: name,
-            folder: &folder,
-            set: &set,
-            stock: STOCK,
-            require: &[],
-            name: None,
-            row: None,
-            everywhere: &[],
-        };
+        let request = Request { set: &set, ..Request::new(name, &folder, STOCK) };
         load(&request, &registry).unwrap_or_else(|problems| panic!("{name}\n{problems}"));
     }
 }

@@ -144,16 +144,7 @@ static VALUES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     let t = Bench::new();
     let folder = root().join("tests/golden");
     let text = fs::read_to_string(folder.join("kinds.toml")).unwrap();
-    let request = Request {
-        file: "kinds.toml",
-        folder: &folder,
-        set: &[],
-        stock: &[],
-        require: &[],
-        name: None,
-        row: None,
-        everywhere: &[],
-    };
+    let request = Request::new("kinds.toml", &folder, &[]);
     let plan = load_text("kinds.toml", &text, &request, &nodes::registry()).unwrap_or_else(|e| panic!("{e}"));
     let options = Options::new(t.path("cache"), t.path("out"));
     let report = bake(&plan, &options, &Stop::default(), &Silent).unwrap();

@@ -73,6 +73,13 @@ pub struct Request<'a> {
     pub everywhere: &'a [(&'a str, serde_json::Value)],
 }
 
+impl<'a> Request<'a> {
+    /// The pipeline `file` as it says itself.
+    pub fn new(file: &'a str, folder: &'a Path, stock: &'a [Stock]) -> Self {
+        Self { file, folder, set: &[], require: &[], name: None, stock, row: None, everywhere: &[] }
+    }
+}
+
 /// Reads and checks a pipeline. The error holds everything that is wrong with it.
 pub fn load(request: &Request, registry: &Registry) -> Result<Plan, Problems> {
     match read::open(request.file, request.folder, request.stock) {
