@@ -3,8 +3,7 @@
 use crate::{
     certify::Verdict as Word,
     choice::{
-        self, Candidate, Choice, Group, Item, Judged, Judgements, NOTHING, ORIGINAL, Picked, Problem, RESOURCES,
-        Shared, Target,
+        self, Candidate, Choice, Group, Item, Judged, Judgements, NOTHING, ORIGINAL, Picked, Problem, Shared, Target,
     },
     engine::{
         node::{Ctx, List, Measure, Node, NodeError},
@@ -171,13 +170,7 @@ impl Node for Choose {
     }
 
     fn measures() -> Vec<Measure> {
-        let measure = |(path, about): &(&str, &str)| Measure {
-            path: (*path).to_owned(),
-            about: (*about).to_owned(),
-            unit: String::new(),
-            picture: None,
-        };
-        MEASURES.iter().map(measure).collect()
+        MEASURES.iter().map(|(path, about)| Measure::new(path, about, "")).collect()
     }
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
@@ -216,6 +209,11 @@ struct Made {
     groups: Vec<Judged>,
 }
 
+/// What a list has, if it is there; sorted by name.
+fn all<A>(list: &Option<List<A, true>>) -> &[(String, Arc<A>)] {
+    list.as_ref().map_or(&[], |list| &list.0)
+}
+
 /// The mesh of the name, which is that of its certificate.
 fn mesh<'a>(meshes: &'a [(String, Arc<Scene>)], name: &str) -> Option<&'a Scene> {
     meshes.binary_search_by(|(of, _)| of.as_str().cmp(name)).ok().map(|at| &*meshes[at].1)
@@ -241,9 +239,10 @@ fn build(params: &Params, inputs: &In) -> Result<Made, NodeError> {
         let (own, shares) = shared.weigh(object);
         items.push(Item { name: object.name.clone(), own, shares, candidates: Vec::new() });
     }
-    let meshes = inputs.meshes.as_ref().map_or(&[][..], |list| &list.0);
+    let meshes = all(&inputs.meshes);
     let mut objects: Vec<Vec<Judged>> = vec![Vec::new(); items.len()];
-    for (name, file) in inputs.certificates.iter().flat_map(|list| &list.0) {
+    let certified = all(&inputs.certificates);
+    for (name, file) in certified {
         let Some((method, object)) = name.split_once('/') else {
             return Err(NodeError::Failed(format!(
                 "the certificate `{name}` does not say its method; write certificates = {{ METHOD = \"…\" }}"
@@ -261,7 +260,7 @@ fn build(params: &Params, inputs: &In) -> Result<Made, NodeError> {
             cost = NOTHING;
             for object in &simple.objects {
                 let (own, uses) = shared.weigh(object);
-                cost = std::array::from_fn(|r| cost[r] + own[r]);
+                cost = choice::plus(cost, own);
                 shares.extend(uses);
             }
             shares.sort_unstable();
@@ -270,7 +269,6 @@ fn build(params: &Params, inputs: &In) -> Result<Made, NodeError> {
         items[at].candidates.push(Candidate { name: method.to_owned(), cost, shares, meets: judged.misses.is_empty() });
         objects[at].push(judged);
     }
-    let certified = inputs.certificates.as_ref().map_or(&[][..], |list| &list.0);
     if let Some((name, _)) =
         meshes.iter().find(|(name, _)| certified.binary_search_by(|(other, _)| other.cmp(name)).is_err())
     {
@@ -289,7 +287,6 @@ fn build(params: &Params, inputs: &In) -> Result<Made, NodeError> {
         weights: [weights.triangles, weights.texels, weights.memory_bytes, weights.draw_calls],
         budget: [some(budget.triangles), some(budget.texels), some(budget.memory_bytes), some(budget.draw_calls)],
     };
-    debug_assert_eq!(RESOURCES.len(), problem.weights.len());
     Ok(Made { problem, objects, groups: of_groups })
 }
 
@@ -298,13 +295,10 @@ fn groups(
     number: &BTreeMap<&str, usize>,
     target: &Target,
 ) -> Result<(Vec<Group>, Vec<Judged>), NodeError> {
-    let members = inputs.members.as_ref().map_or(&[][..], |list| &list.0);
-    let certificates = inputs.groups.as_ref().map_or(&[][..], |list| &list.0);
-    let names = |list: &[&str]| list.iter().map(|n| (*n).to_owned()).collect::<BTreeSet<String>>();
-    let (of, with) = (
-        names(&members.iter().map(|m| m.0.as_str()).collect::<Vec<_>>()),
-        names(&certificates.iter().map(|c| c.0.as_str()).collect::<Vec<_>>()),
-    );
+    let members = all(&inputs.members);
+    let certificates = all(&inputs.groups);
+    let of: BTreeSet<&str> = members.iter().map(|m| m.0.as_str()).collect();
+    let with: BTreeSet<&str> = certificates.iter().map(|c| c.0.as_str()).collect();
     if let Some(lonely) = of.symmetric_difference(&with).next() {
         let message = "is in one of `groups` and `members`; give both its certificate and its objects";
         return Err(NodeError::Failed(format!("the group `{lonely}` {message}")));
@@ -326,7 +320,7 @@ fn groups(
 
 /// What is drawn as meshes.
 fn kept(inputs: &In, made: &Made, chosen: &Choice) -> Scene {
-    let meshes = inputs.meshes.as_ref().map_or(&[][..], |list| &list.0);
+    let meshes = all(&inputs.meshes);
     let objects = |(i, pick): (usize, &Picked)| match pick {
         Picked::Original => inputs.scene.objects[i..=i].to_vec(),
         Picked::Candidate(j) => {

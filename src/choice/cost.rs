@@ -12,6 +12,11 @@ pub fn plus(a: Cost, b: Cost) -> Cost {
     std::array::from_fn(|r| a[r] + b[r])
 }
 
+/// `total` where `new` takes the place of `old`.
+pub fn exchanged(total: &Cost, old: &Cost, new: &Cost) -> Cost {
+    std::array::from_fn(|r| total[r] - old[r] + new[r])
+}
+
 /// The sum of all resources, each times its weight.
 pub fn weighted(cost: &Cost, weights: &Cost) -> f64 {
     (0..cost.len()).map(|r| cost[r] * weights[r]).sum()

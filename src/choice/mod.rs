@@ -19,7 +19,7 @@ mod table;
 mod tests;
 mod weigh;
 
-pub use cost::{Cost, NOTHING, RESOURCES, weighted};
+pub use cost::{Cost, NOTHING, plus};
 pub use judge::{Judged, Target, judge};
 pub use solve::{Candidate, Choice, Group, Item, Picked, Problem, choose};
 pub use table::{Judgements, ORIGINAL, Table, table};

@@ -3,7 +3,7 @@
 //! With a price λ_r ≥ 0 on each share of a budget, L(λ) = Σ_i min_j (w + λ/B)·c(i, j) − Σ_r λ_r bounds every choice within the budgets from below, and its minimum per
 //! object is a choice to go on from.
 
-use super::cost::{Cost, SLACK, plus, pressure, weighted};
+use super::cost::{Cost, SLACK, exchanged, plus, pressure, weighted};
 
 /// Steps of the search for prices.
 const STEPS: usize = 300;
@@ -67,7 +67,7 @@ impl Linear<'_> {
     }
 
     /// What a share of each budget costs at `lambda`, on top of the weights, for each unit of the resource.
-    pub fn priced(&self, lambda: &Cost) -> Cost {
+    fn priced(&self, lambda: &Cost) -> Cost {
         std::array::from_fn(|r| self.weights[r] + self.budget[r].filter(|b| *b > 0.0).map_or(0.0, |b| lambda[r] / b))
     }
 }
@@ -139,7 +139,7 @@ fn ease(linear: &Linear, best: &mut Relaxed) {
         let before = best.pressure;
         for (i, item) in linear.items.iter().enumerate() {
             for (j, cost) in item.iter().enumerate() {
-                let moved: Cost = std::array::from_fn(|r| total[r] - item[best.picks[i]][r] + cost[r]);
+                let moved = exchanged(&total, &item[best.picks[i]], cost);
                 let found = pressure(&moved, &linear.budget);
                 if found < best.pressure {
                     (best.picks[i], best.pressure, total) = (j, found, moved);
@@ -205,8 +205,8 @@ fn save(linear: &Linear, best: &mut Relaxed) {
         moves.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
         let mut changed = vec![false; linear.items.len()];
         for (_, i, j) in moves {
-            let moved: Cost =
-                std::array::from_fn(|r| total[r] - linear.items[i][best.picks[i]][r] + linear.items[i][j][r]);
+            let item = &linear.items[i];
+            let moved = exchanged(&total, &item[best.picks[i]], &item[j]);
             if !changed[i] && pressure(&moved, &linear.budget) <= SLACK {
                 (best.picks[i], total, changed[i]) = (j, moved, true);
             }

@@ -88,19 +88,30 @@ impl Item {
             Picked::Group => (NOTHING, &[]),
         }
     }
+
+    /// What it costs with `pick`, where `users` share each thing.
+    pub(super) fn priced(&self, pick: Picked, shared: &[Cost], users: impl Fn(usize) -> f64) -> Cost {
+        let (own, shares) = self.paid(pick);
+        shares.iter().fold(own, |sum, s| plus(sum, shared[*s].map(|c| c / users(*s).max(1.0))))
+    }
 }
 
 impl Problem {
+    /// How many objects use each shared thing with `picks`.
+    pub(super) fn users(&self, picks: &[Picked]) -> Vec<f64> {
+        let mut users = vec![0.0; self.shared.len()];
+        for (item, pick) in self.items.iter().zip(picks) {
+            item.paid(*pick).1.iter().for_each(|s| users[*s] += 1.0);
+        }
+        users
+    }
+
     /// What the scene costs with `picks`: each shared thing once.
     pub fn total(&self, picks: &[Picked], group: Option<usize>) -> Cost {
-        let mut used = vec![false; self.shared.len()];
-        let mut sum = group.map_or(NOTHING, |g| self.groups[g].cost);
-        for (item, pick) in self.items.iter().zip(picks) {
-            let (own, shares) = item.paid(*pick);
-            sum = plus(sum, own);
-            shares.iter().for_each(|s| used[*s] = true);
-        }
-        self.shared.iter().zip(used).filter(|(_, used)| *used).fold(sum, |sum, (cost, _)| plus(sum, *cost))
+        let group = group.map_or(NOTHING, |g| self.groups[g].cost);
+        let own = self.items.iter().zip(picks).fold(group, |sum, (item, pick)| plus(sum, item.paid(*pick).0));
+        let used = self.shared.iter().zip(self.users(picks)).filter(|(_, users)| *users > 0.0);
+        used.fold(own, |sum, (cost, _)| plus(sum, *cost))
     }
 
     fn choice(&self, picks: Vec<Picked>, group: Option<usize>) -> Choice {
@@ -158,10 +169,7 @@ fn with_group(problem: &Problem, group: Option<usize>) -> Choice {
     };
     let solve = |users: &[f64]| {
         let costs = |(i, allowed): (&usize, &Vec<usize>)| {
-            let one = |at| {
-                let (own, shares) = problem.items[*i].paid(pick(allowed, at));
-                shares.iter().fold(own, |sum, s| plus(sum, problem.shared[*s].map(|c| c / users[*s].max(1.0))))
-            };
+            let one = |at| problem.items[*i].priced(pick(allowed, at), &problem.shared, |s| users[s]);
             (0..=allowed.len()).map(one).collect::<Vec<Cost>>()
         };
         let items: Vec<Vec<Cost>> = open.iter().zip(&allowed).map(costs).collect();
@@ -183,10 +191,7 @@ fn with_group(problem: &Problem, group: Option<usize>) -> Choice {
     let mut best = problem.choice(picked(&first), group);
     let mut last = best.picks.clone();
     for round in 0..ROUNDS {
-        users.fill(0.0);
-        for (item, pick) in problem.items.iter().zip(&last) {
-            item.paid(*pick).1.iter().for_each(|s| users[*s] += 1.0);
-        }
+        users = problem.users(&last);
         if round + 1 == ROUNDS {
             // Each pays for all that it uses: what is within the budgets then is so in truth.
             users.fill(1.0);

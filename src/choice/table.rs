@@ -5,7 +5,7 @@ use super::{
     judge::{Judged, Target},
     solve::{Choice, Picked, Problem},
 };
-use crate::certify::grouped;
+use crate::certify::{grouped, rounded};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -90,7 +90,9 @@ pub fn table(problem: &Problem, choice: &Choice, judgements: &Judgements) -> Tab
     let originals = problem.total(&vec![Picked::Original; problem.items.len()], None);
     let within = choice.pressure <= SLACK;
     let mut by_stand_in: BTreeMap<String, u64> = BTreeMap::new();
-    let objects: Vec<Row> = (0..problem.items.len()).map(|i| object(problem, choice, judgements, i)).collect();
+    let users = problem.users(&choice.picks);
+    let row = |i| object(problem, choice, &users, judgements, i);
+    let objects: Vec<Row> = (0..problem.items.len()).map(row).collect();
     for row in &objects {
         *by_stand_in.entry(row.chosen.clone()).or_default() += 1;
     }
@@ -109,7 +111,6 @@ pub fn table(problem: &Problem, choice: &Choice, judgements: &Judgements) -> Tab
     let groups = judgements.groups.iter().enumerate().map(group).collect();
     let counts = |cost: &Cost| cost.map(|c| c.round() as u64);
     let ([triangles, texels, memory_bytes, draw_calls], before) = (counts(&choice.total), counts(&originals));
-    let rounded = |x: f64| (x * 1000.0).round() / 1000.0;
     let original_cost = weighted(&originals, &problem.weights);
     let budgets = problem.budget.iter().zip(RESOURCES);
     let mut summary = Vec::new();
@@ -150,14 +151,14 @@ pub fn table(problem: &Problem, choice: &Choice, judgements: &Judgements) -> Tab
         texels,
         memory_bytes,
         draw_calls,
-        cost: rounded(choice.cost),
+        cost: rounded(choice.cost, 3),
         original_triangles: before[0],
         original_texels: before[1],
         original_memory_bytes: before[2],
         original_draw_calls: before[3],
-        original_cost: rounded(original_cost),
-        budget_taken: (choice.pressure.min(1e12) * 1e6).round() / 1e6,
-        lower_bound: choice.bound.is_finite().then(|| rounded(choice.bound)),
+        original_cost: rounded(original_cost, 3),
+        budget_taken: rounded(choice.pressure.min(1e12), 6),
+        lower_bound: choice.bound.is_finite().then(|| rounded(choice.bound, 3)),
         proved: choice.proved,
         by_stand_in,
         alone: alone(problem),
@@ -168,25 +169,16 @@ pub fn table(problem: &Problem, choice: &Choice, judgements: &Judgements) -> Tab
 
 fn offer(name: &str, cost: &Cost, problem: &Problem, judged: Option<Judged>) -> Offer {
     let costs = RESOURCES.iter().copied().zip(cost.map(|c| c.round() as u64)).collect();
-    let cost = (weighted(cost, &problem.weights) * 1000.0).round() / 1000.0;
+    let cost = rounded(weighted(cost, &problem.weights), 3);
     Offer { name: name.to_owned(), cost, costs, judged }
 }
 
-fn object(problem: &Problem, choice: &Choice, judgements: &Judgements, i: usize) -> Row {
+/// `users`: how many objects use each shared thing now.
+fn object(problem: &Problem, choice: &Choice, users: &[f64], judgements: &Judgements, i: usize) -> Row {
     let item = &problem.items[i];
-    // What others use is split among all that use it now.
-    let mut users = vec![0.0; problem.shared.len()];
-    for (item, pick) in problem.items.iter().zip(&choice.picks) {
-        item.paid(*pick).1.iter().for_each(|s| users[*s] += 1.0);
-    }
-    let full = |pick: Picked| {
-        let (own, shares) = item.paid(pick);
-        let here = item.paid(choice.picks[i]).1;
-        shares.iter().fold(own, |sum, s| {
-            let more = if here.contains(s) { users[*s] } else { users[*s] + 1.0 };
-            std::array::from_fn(|r| sum[r] + problem.shared[*s][r] / more)
-        })
-    };
+    let here = item.paid(choice.picks[i]).1;
+    let sharing = |s: usize| if here.contains(&s) { users[s] } else { users[s] + 1.0 };
+    let full = |pick: Picked| item.priced(pick, &problem.shared, sharing);
     let mut candidates: Vec<Offer> = Vec::with_capacity(item.candidates.len() + 1);
     for (j, candidate) in item.candidates.iter().enumerate() {
         let judged = judgements.objects[i].get(j).cloned();
@@ -227,8 +219,8 @@ fn alone(problem: &Problem) -> BTreeMap<String, Alone> {
     let mut add = |name: &str, picks: Vec<Picked>, group: Option<usize>| {
         let total = problem.total(&picks, group);
         let objects = picks.iter().filter(|p| **p != Picked::Original).count() as u64;
-        let cost = (weighted(&total, &problem.weights) * 1000.0).round() / 1000.0;
-        let budget_taken = (pressure(&total, &problem.budget).min(1e12) * 1e6).round() / 1e6;
+        let cost = rounded(weighted(&total, &problem.weights), 3);
+        let budget_taken = rounded(pressure(&total, &problem.budget).min(1e12), 6);
         all.insert(name.to_owned(), Alone { objects, cost, budget_taken });
     };
     let names: std::collections::BTreeSet<&str> =

@@ -5,20 +5,22 @@ use crate::{
     runtime::size::{bytes, used},
     scene::{Image, Mesh, Object},
 };
-use std::{collections::BTreeMap, sync::Arc};
+use std::{collections::BTreeMap, marker::PhantomData, sync::Arc};
 
 /// Textures and meshes of several scenes, each once: textures by their texels, meshes by where they lie.
 #[derive(Default)]
-pub struct Shared {
+pub struct Shared<'a> {
     pub costs: Vec<Cost>,
     meshes: BTreeMap<*const Mesh, usize>,
     images: BTreeMap<*const Image, usize>,
     texels: BTreeMap<[u8; 32], usize>,
+    /// Places mean something as long as the objects live.
+    objects: PhantomData<&'a Object>,
 }
 
-impl Shared {
-    /// What `object` of a scene costs itself, and the numbers of what it may share. The scene lives as long as `self` is asked about its objects.
-    pub fn weigh(&mut self, object: &Object) -> (Cost, Vec<usize>) {
+impl<'a> Shared<'a> {
+    /// What `object` of a scene costs itself, and the numbers of what it may share.
+    pub fn weigh(&mut self, object: &'a Object) -> (Cost, Vec<usize>) {
         let mut own = [0.0; 4];
         let mut uses = Vec::new();
         for part in &object.parts {

@@ -41,8 +41,7 @@ pub fn kind(ty: TypeInfo, count: usize) -> Arc<dyn Kind> {
 }
 
 /// Its parameters: the word of each output.
-pub fn parameters(words: &[&str]) -> Parameters {
-    let words: Vec<String> = words.iter().map(|w| (*w).to_owned()).collect();
+pub fn parameters(words: Vec<String>) -> Parameters {
     Parameters::new(json!({ "words": words }), Arc::new(words))
 }
 
@@ -52,8 +51,7 @@ impl Kind for Collect {
     }
 
     fn accept(&self, params: Value) -> Result<Parameters, ParamError> {
-        let words: Vec<String> = serde_json::from_value(params.get("words").cloned().unwrap_or_default())?;
-        Ok(Parameters::new(json!({ "words": words }), Arc::new(words)))
+        Ok(parameters(serde_json::from_value(params.get("words").cloned().unwrap_or_default())?))
     }
 
     fn doubts(&self, _: &Parameters) -> Vec<(&'static str, String)> {

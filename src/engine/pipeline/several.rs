@@ -58,7 +58,7 @@ impl<'s> Links<'s> {
             match value.get_ref() {
                 DeValue::String(text) => {
                     let from = self.typed(at, spec, text, place, problems);
-                    words.push(word);
+                    words.push(word.to_owned());
                     inputs.push(Input { from, via: None, place });
                 }
                 other => {
@@ -78,7 +78,7 @@ impl<'s> Links<'s> {
             order,
             part,
             info: Some(Rc::new(KindInfo::new(&collect::kind(spec.ty, words.len())))),
-            params: Some(collect::parameters(&words)),
+            params: Some(collect::parameters(words)),
             inputs,
             broken: false,
             join_inner: false,
