@@ -1,14 +1,17 @@
 //! The certificate of a stand-in: how it looks.
 
 use crate::{
-    certify::{self, Choice, CompareError, Mode, Sampling, VIEWS_AT_ONCE},
+    certify::{self, Choice, CompareError, Mode, Sampled, Sampling, VIEWS_AT_ONCE, Viewing},
     engine::{
         node::{Ctx, List, Measure, Node, NodeError},
         plan::{Bundle, File},
     },
     formats::Limits,
     image::encode_png,
-    nodes::{contents::Contents, values::Bound},
+    nodes::{
+        contents::Contents,
+        values::{Bound, Ceiling},
+    },
     ports,
     raster::MAX_SIDE,
     runtime,
@@ -66,8 +69,6 @@ pub struct Params {
     pub shading: Shading,
     /// The bound in pixels where no `bound` is connected.
     pub assumed_bound: f64,
-    /// In how many views the ceiling is measured, the first ones.
-    pub ceiling_views: u32,
     /// Name of the stand-in in the certificate.
     pub name: String,
 }
@@ -82,7 +83,6 @@ impl Default for Params {
             samples: 4,
             shading: Shading::Auto,
             assumed_bound: 1.0,
-            ceiling_views: 64,
             name: String::new(),
         }
     }
@@ -94,8 +94,8 @@ ports! {
         original: Arc<Scene>,
         /// The stand-in's files, read as an engine would read them.
         stand_in: Arc<Bundle>,
-        /// The mesh before it was simplified: what no simplification can beat.
-        ceiling: Option<Arc<Scene>>,
+        /// What the mesh before simplification reaches, from `measure-ceiling`.
+        ceiling: Option<Arc<Ceiling>>,
         /// The cell from which the stand-in will be seen. Either it or a `region` is connected.
         cell: Option<Arc<Cell>>,
         /// Another place from which it will be seen, such as a sphere around it.
@@ -120,7 +120,7 @@ pub struct Views;
 impl Node for Views {
     const KIND: &'static str = "evaluate";
     const METHOD: &'static str = "views";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
     /// FLIP is C++.
     const NATIVE: bool = true;
     type Params = Params;
@@ -128,12 +128,7 @@ impl Node for Views {
     type Out = Out;
 
     fn memory(params: &Params, sizes: &[u64]) -> u64 {
-        // Per pixel three scenes' depths, numbers, pictures and luminance, the measures' maps, FLIP's own images. Per byte
-        // of a scene the triangles of a view, prepared twice.
-        let pixels = u64::from(params.resolution).saturating_mul(params.resolution.into());
-        let views = VIEWS_AT_ONCE as u64;
-        let scenes = sizes.iter().take(3).fold(0_u64, |s, n| s.saturating_add(*n));
-        pixels.saturating_mul(200 * views).saturating_add(scenes.saturating_mul(2 * views)).saturating_add(64 << 20)
+        memory(params.resolution, sizes)
     }
 
     fn measures() -> Vec<Measure> {
@@ -152,34 +147,13 @@ impl Node for Views {
 
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
         let Params { views, resolution, fov, samples, assumed_bound, .. } = params;
-        if !(8..=100_000).contains(views) {
-            return Err(("views", format!("{views}; expected 8 (the corners of the cell) to 100,000")));
-        }
-        if !(1..=16).contains(samples) {
-            return Err(("samples", format!("{samples}; expected 1 to 16")));
-        }
-        if !(16..=MAX_SIDE / samples).contains(resolution) {
-            let most = MAX_SIDE / samples;
-            return Err(("resolution", format!("{resolution}; expected 16 to {most} pixels with {samples} samples")));
-        }
-        if !(0.1..=160.0).contains(fov) {
-            return Err(("fov", format!("{fov}; expected 0.1 to 160 degrees")));
-        }
-        if !(*assumed_bound > 0.0 && *assumed_bound <= 1000.0) {
-            return Err(("assumed_bound", format!("{assumed_bound}; expected more than 0 and at most 1000 pixels")));
-        }
+        check_viewing(*views, *resolution, *fov, *samples)?;
+        check_bound("assumed_bound", *assumed_bound)?;
         Ok(())
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
-        let region = match (inputs.cell, inputs.region) {
-            (Some(cell), None) => Region::Box(*cell),
-            (None, Some(region)) => (*region).clone(),
-            _ => {
-                let what = "from where is the stand-in seen? Connect either `cell` or `region`";
-                return Err(NodeError::Failed(what.into()));
-            }
-        };
+        let region = region(inputs.cell, inputs.region)?;
         let bundle = &inputs.stand_in;
         let opened = runtime::open(Path::new(bundle.main()), &Contents(bundle), &Limits::default());
         let opened = opened.map_err(|e| NodeError::from_error(&e))?;
@@ -192,7 +166,7 @@ impl Node for Views {
             },
             |b| certify::Bound { kind: b.kind.clone(), value: b.value, unit: b.unit.clone(), held: false },
         );
-        let options = certify::Options {
+        let viewing = Viewing {
             sampling: Sampling {
                 views: params.views,
                 seed: params.seed,
@@ -201,20 +175,20 @@ impl Node for Views {
             },
             samples_per_axis: params.samples,
             shading: params.shading.into(),
+        };
+        let ceiling = inputs.ceiling.as_deref().map(|c| seen_alike(c, &viewing, &region)).transpose()?;
+        let options = certify::Options {
+            viewing,
             bound,
             stand_in: certify::Subject { name: params.name.clone(), blake3: hash(bundle) },
             bytes: bundle.size(),
-            ceiling_views: params.ceiling_views,
+            ceiling,
         };
-        let ceiling = inputs.ceiling.as_deref();
         let context = certify::Context { backend: crate::nodes::backend(ctx), stop: ctx.stop, progress: ctx.progress };
         let drawn = opened.modes();
         let modes: Vec<Mode> = drawn.iter().map(|m| Mode { name: m.0.to_owned(), stand_in: &*m.1 }).collect();
-        let result = certify::compare(&inputs.original, &modes, ceiling, &region, &options, context);
-        let comparison = result.map_err(|e| match e {
-            CompareError::Stopped(s) => NodeError::Stopped(s),
-            e => NodeError::from_error(&e),
-        })?;
+        let result = certify::compare(&inputs.original, &modes, &region, &options, context);
+        let comparison = result.map_err(failed)?;
         let mut pictures = Vec::new();
         for (name, picture) in &comparison.pictures {
             ctx.stop.check()?;
@@ -225,6 +199,79 @@ impl Node for Views {
             File { media_type: "application/json".into(), bytes: comparison.certificate.to_json().into_bytes() };
         Ok(Out { certificate: Arc::new(certificate), pictures: List(pictures) })
     }
+}
+
+/// What a comparison of scenes needs, bytes.
+pub(in crate::nodes) fn memory(resolution: u32, sizes: &[u64]) -> u64 {
+    // Per pixel two scenes' depths, numbers, pictures and luminance, the measures' maps, FLIP's own images. Per byte
+    // of a scene the triangles of a view, prepared twice.
+    let pixels = u64::from(resolution).saturating_mul(resolution.into());
+    let views = VIEWS_AT_ONCE as u64;
+    let scenes = sizes.iter().take(2).fold(0_u64, |s, n| s.saturating_add(*n));
+    pixels.saturating_mul(150 * views).saturating_add(scenes.saturating_mul(2 * views)).saturating_add(64 << 20)
+}
+
+pub(in crate::nodes) fn check_viewing(
+    views: u32,
+    resolution: u32,
+    fov: f64,
+    samples: u32,
+) -> Result<(), (&'static str, String)> {
+    if !(8..=100_000).contains(&views) {
+        return Err(("views", format!("{views}; expected 8 (the corners of the cell) to 100,000")));
+    }
+    if !(1..=16).contains(&samples) {
+        return Err(("samples", format!("{samples}; expected 1 to 16")));
+    }
+    if !(16..=MAX_SIDE / samples).contains(&resolution) {
+        let most = MAX_SIDE / samples;
+        return Err(("resolution", format!("{resolution}; expected 16 to {most} pixels with {samples} samples")));
+    }
+    if !(0.1..=160.0).contains(&fov) {
+        return Err(("fov", format!("{fov}; expected 0.1 to 160 degrees")));
+    }
+    Ok(())
+}
+
+pub(in crate::nodes) fn check_bound(name: &'static str, bound: f64) -> Result<(), (&'static str, String)> {
+    match bound > 0.0 && bound <= 1000.0 {
+        true => Ok(()),
+        false => Err((name, format!("{bound}; expected more than 0 and at most 1000 pixels"))),
+    }
+}
+
+/// Where the viewer is: what one of the two ports says.
+pub(in crate::nodes) fn region(cell: Option<Arc<Cell>>, region: Option<Arc<Region>>) -> Result<Region, NodeError> {
+    match (cell, region) {
+        (Some(cell), None) => Ok(Region::Box(*cell)),
+        (None, Some(region)) => Ok((*region).clone()),
+        _ => {
+            let what = "from where is the stand-in seen? Connect either `cell` or `region`";
+            Err(NodeError::Failed(what.into()))
+        }
+    }
+}
+
+pub(in crate::nodes) fn failed(error: CompareError) -> NodeError {
+    match error {
+        CompareError::Stopped(s) => NodeError::Stopped(s),
+        e => NodeError::from_error(&e),
+    }
+}
+
+/// The ceiling, where it was looked at as the stand-in will be.
+fn seen_alike(ceiling: &Ceiling, viewing: &Viewing, region: &Region) -> Result<certify::Ceiling, NodeError> {
+    let here = serde_json::to_value(Sampled::of(viewing, region)).map_err(|e| NodeError::from_error(&e))?;
+    if here == ceiling.sampling {
+        return Ok(ceiling.ceiling.clone());
+    }
+    let differing =
+        here.as_object().into_iter().flatten().find(|(key, value)| ceiling.sampling.get(key) != Some(value));
+    let (key, value) = differing.map_or(("cell", &here), |(key, value)| (key.as_str(), value));
+    let of_ceiling = ceiling.sampling.get(key).map_or_else(|| "another".to_owned(), ToString::to_string);
+    Err(NodeError::Failed(format!(
+        "ceiling: it was looked at otherwise: `{key}` is {of_ceiling} there and {value} here; give `measure-ceiling` the same"
+    )))
 }
 
 /// Of a file alone that of its bytes; of several that of all paths, lengths and bytes in their order.

@@ -1,8 +1,9 @@
-//! How the values that flow on edges are stored: `Artifact` for scenes, cameras, captures, cells, fields, meshes, factors, bounds, sprites and octahedral impostors.
+//! How the values that flow on edges are stored: `Artifact` for scenes, cameras, captures, cells, fields, meshes, factors, bounds, ceilings, sprites and octahedral impostors.
 
 mod bound;
 mod camera;
 mod capture;
+mod ceiling;
 mod charted_mesh;
 mod depth_meshes;
 mod factor;
@@ -18,5 +19,6 @@ mod view_cell;
 mod voxel_mesh;
 
 pub use bound::Bound;
+pub use ceiling::Ceiling;
 pub use factor::Factor;
 pub use sprite::{ChosenDirection, Sprite};

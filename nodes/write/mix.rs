@@ -59,7 +59,7 @@ pub struct Mix;
 impl Node for Mix {
     const KIND: &'static str = "write";
     const METHOD: &'static str = "mix";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -72,17 +72,38 @@ impl Node for Mix {
         let whole = ("whole".to_owned(), "whole".to_owned(), inputs.whole);
         let other = inputs.other.map(|bundle| ("other".to_owned(), "other".to_owned(), bundle));
         let parts = std::iter::once(whole).chain(other);
-        Ok(Out { bundle: Arc::new(bundle(inputs.scene, parts, params.unlit, ctx.stop)?) })
+        Ok(Out { bundle: Arc::new(bundle(inputs.scene.as_deref(), None, parts, params.unlit, ctx.stop)?) })
     }
 }
+
+/// The folder of the sprite that clips.
+const VOLUME: &str = "volume";
 
 pub(super) fn memory(sizes: &[u64]) -> u64 {
     (1 << 20) + sizes.iter().sum::<u64>().saturating_mul(3)
 }
 
-/// The mix of a scene and of stand-ins: name, folder and files of each.
+/// One scene of several: what is drawn as it is, and objects of other lists under their own names, or `NAME OBJECT` where a name is taken.
+pub(super) fn joined(scene: Option<&Scene>, meshes: &[(String, Arc<Scene>)]) -> Scene {
+    let mut objects = scene.map_or_else(Vec::new, |s| s.objects.clone());
+    let mut taken: BTreeSet<String> = objects.iter().map(|o| o.name.clone()).collect();
+    for (name, mesh) in meshes {
+        for object in &mesh.objects {
+            let mut object = object.clone();
+            while !taken.insert(object.name.clone()) {
+                object.name = format!("{name} {}", object.name);
+            }
+            objects.push(object);
+        }
+    }
+    objects.sort_by(|a, b| a.name.cmp(&b.name));
+    Scene { objects }
+}
+
+/// The mix of a scene, without what lies in the solid of a depth sprite, and of stand-ins: name, folder and files of each.
 pub(super) fn bundle(
-    scene: Option<Arc<Scene>>,
+    scene: Option<&Scene>,
+    volume: Option<Arc<Bundle>>,
     stand_ins: impl Iterator<Item = (String, String, Arc<Bundle>)>,
     unlit: bool,
     stop: &Stop,
@@ -91,13 +112,17 @@ pub(super) fn bundle(
     let mut parts: Vec<Part> = Vec::new();
     if let Some(scene) = scene.filter(|scene| scene.triangle_count() > 0) {
         let options = GlbOptions { unlit, normal_maps: false };
-        let bytes = write_glb(&scene, &options).map_err(|e| NodeError::from_error(&e))?;
+        let bytes = write_glb(scene, &options).map_err(|e| NodeError::from_error(&e))?;
         files.insert("scene.glb".into(), File { media_type: "model/gltf-binary".into(), bytes });
-        parts.push(Part { name: "scene".into(), main: "scene.glb".into() });
+        let clipped_by = volume.iter().map(|v| format!("{VOLUME}/{}", v.main())).collect();
+        parts.push(Part { name: "scene".into(), main: "scene.glb".into(), clipped_by });
+    } else if volume.is_some() {
+        return Err(NodeError::Failed("volume: there is no scene that it clips".into()));
     }
+    files.extend(volume.iter().flat_map(|v| v.files()).map(|(path, file)| (format!("{VOLUME}/{path}"), file.clone())));
     for (name, folder, bundle) in stand_ins {
         stop.check()?;
-        parts.push(Part { name, main: format!("{folder}/{}", bundle.main()) });
+        parts.push(Part { name, main: format!("{folder}/{}", bundle.main()), clipped_by: Vec::new() });
         files.extend(bundle.files().iter().map(|(path, file)| (format!("{folder}/{path}"), file.clone())));
     }
     if parts.is_empty() {

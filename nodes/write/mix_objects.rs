@@ -1,6 +1,6 @@
 //! Stand-ins of objects, and of what is around them, as one bundle.
 
-use super::mix::{Out, Params as MixParams, bundle, folder, memory};
+use super::mix::{Out, Params as MixParams, bundle, folder, joined, memory};
 use crate::{
     engine::{
         node::{Ctx, List, Node, NodeError},
@@ -33,10 +33,14 @@ ports! {
     pub struct In {
         /// What is drawn as it is: `scene.glb`.
         scene: Option<Arc<Scene>>,
+        /// Stand-ins that are ordinary meshes; they are in `scene.glb` too.
+        meshes: Option<List<Scene, true>>,
+        /// A depth sprite, in the folder `volume/`: what of `scene.glb` lies inside it is not drawn. The scene's mesh stays as it is, and the renderer asks the sprite.
+        volume: Option<Arc<Bundle>>,
         /// A stand-in of one piece, in the folder `whole/`.
         whole: Option<Arc<Bundle>>,
         /// Stand-ins of objects, each in a folder below `objects/` that has its name, with `-` for what file names cannot hold.
-        objects: List<Bundle, true>,
+        objects: Option<List<Bundle, true>>,
     }
 }
 
@@ -45,7 +49,7 @@ pub struct MixObjects;
 impl Node for MixObjects {
     const KIND: &'static str = "write";
     const METHOD: &'static str = "mix-objects";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -57,11 +61,16 @@ impl Node for MixObjects {
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
         let whole = inputs.whole.map(|bundle| ("whole".to_owned(), "whole".to_owned(), bundle));
         let mut taken = BTreeSet::new();
-        let objects = inputs.objects.0.into_iter().map(|(name, bundle)| {
+        let objects = inputs.objects.into_iter().flat_map(|list| list.0).map(|(name, bundle)| {
             let folder = folder(&name, &mut taken);
             (name, folder, bundle)
         });
-        Ok(Out { bundle: Arc::new(bundle(inputs.scene, whole.into_iter().chain(objects), params.unlit, ctx.stop)?) })
+        let parts = whole.into_iter().chain(objects);
+        let scene = match inputs.meshes {
+            Some(meshes) => Some(Arc::new(joined(inputs.scene.as_deref(), &meshes.0))),
+            None => inputs.scene,
+        };
+        Ok(Out { bundle: Arc::new(bundle(scene.as_deref(), inputs.volume, parts, params.unlit, ctx.stop)?) })
     }
 }
 
@@ -90,7 +99,7 @@ mod tests {
         let objects = List(vec![("block 1.8/a".into(), one(1)), ("block 1.8:A".into(), one(2))]);
         let mix = |scene: Option<&Scene>, objects| {
             let scene = scene.map(|s| Arc::new(s.clone()));
-            run::<MixObjects>(&Params::default(), In { scene, whole: Some(one(0)), objects }).0
+            run::<MixObjects>(&Params::default(), In { scene, meshes: None, volume: None, whole: Some(one(0)), objects: Some(objects) }).0
         };
         let inner = mix(None, objects).unwrap().bundle;
         let folders: Vec<&str> = inner.files().keys().map(String::as_str).collect();
@@ -122,7 +131,7 @@ mod tests {
 
     #[test]
     fn nothing_is_no_mix() {
-        let nothing = In { scene: None, whole: None, objects: List(Vec::new()) };
+        let nothing = In { scene: None, meshes: None, volume: None, whole: None, objects: None };
         assert!(
             run::<MixObjects>(&Params::default(), nothing).0.is_err_and(|e| e.to_string().contains("nothing to write"))
         );

@@ -8,9 +8,10 @@ use super::{
     pictures::Panels,
     requirements::{self, Requirement, Verdict},
     summary,
+    viewing::Viewing,
 };
 use crate::view::{Region, View};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// The error that a method promises not to exceed.
@@ -96,6 +97,18 @@ pub struct Sampling {
     pub region: SampledRegion,
 }
 
+impl Sampling {
+    pub fn of(viewing: &Viewing, region: &Region) -> Self {
+        Self {
+            seed: viewing.sampling.seed,
+            resolution: viewing.sampling.resolution,
+            fov: super::figures::rounded(viewing.sampling.fov.to_degrees(), 6),
+            samples_per_axis: viewing.samples_per_axis,
+            region: SampledRegion::of(region),
+        }
+    }
+}
+
 /// Where the eyes were. Metres.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
@@ -126,10 +139,10 @@ pub struct Flip {
 }
 
 /// The figures of the mesh before it was simplified: what no simplification can beat.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ceiling {
     pub triangles: u64,
-    /// How many of the views it was measured in; the first ones.
+    /// In how many views it was measured.
     pub views: u32,
     #[serde(flatten)]
     pub figures: Figures,

@@ -1,7 +1,7 @@
 //! The comparison: draws the views, renders, measures, and writes down the certificate.
 
 use super::{
-    certificate::{Bound, Camera, Ceiling, Certificate, Flip, SampledRegion, Sampling as Sampled, Subject},
+    certificate::{Bound, Camera, Ceiling, Certificate, Flip, Sampling as Sampled, Subject},
     classes::Classes,
     figures::{Figures, rounded},
     frame::CropWindow,
@@ -10,8 +10,9 @@ use super::{
     per_view::PerView,
     pictures::{Caption, Panels, sheet},
     requirements::Verdict,
-    shading::{self, Choice},
-    views::{self, Sampling},
+    shading,
+    viewing::Viewing,
+    views,
     worst::{Wanted, by_psnr, worst_views},
 };
 use crate::{
@@ -32,17 +33,14 @@ use std::{
 /// How a stand-in is judged.
 #[derive(Clone, Debug)]
 pub struct Options {
-    pub sampling: Sampling,
-    /// Samples of a pixel in x and in y; `sampling.resolution` times this is at most [`raster::MAX_SIDE`].
-    pub samples_per_axis: u32,
-    pub shading: Choice,
+    pub viewing: Viewing,
     /// In pixels.
     pub bound: Bound,
     pub stand_in: Subject,
     /// Size of the stand-in's files.
     pub bytes: u64,
-    /// In how many views the ceiling is measured.
-    pub ceiling_views: u32,
+    /// What the mesh before simplification reaches, see [`ceiling`].
+    pub ceiling: Option<Ceiling>,
 }
 
 /// What a comparison gives.
@@ -98,61 +96,59 @@ pub struct Mode<'a> {
     pub stand_in: &'a dyn StandIn,
 }
 
-/// Compares a stand-in and the `ceiling` that it was simplified from with its original, seen from `region`. The certificate's own
-/// figures are those of the first of its `modes`, of which there is at least one.
+/// Measures the mesh that a stand-in was simplified from, as [`compare`] measures the stand-in: what no simplification can beat. `bound_px` is the error
+/// that it may have itself.
+pub fn ceiling(
+    original: &Scene,
+    mesh: &Scene,
+    region: &Region,
+    viewing: &Viewing,
+    bound_px: f64,
+    context: Context,
+) -> Result<Ceiling, CompareError> {
+    let geometry = Geometry::new(mesh);
+    let drawn = SceneStandIn::new(mesh, &geometry);
+    let modes = [Mode { name: String::new(), stand_in: &drawn }];
+    check(original, &modes, viewing, bound_px)?;
+    let geometry = Geometry::new(original);
+    let judge = Judge::new(original, &geometry, &modes, region, viewing, bound_px, context)?;
+    let figures = first_mode(&judge.measure()?)?;
+    Ok(Ceiling {
+        triangles: mesh.triangle_count() as u64,
+        views: figures.len() as u32,
+        figures: Figures::of(&figures, judge.band_px()),
+    })
+}
+
+/// Compares a stand-in with its original, seen from `region`. The certificate's own figures are those of the first of its `modes`, of which
+/// there is at least one.
 pub fn compare(
     original: &Scene,
     modes: &[Mode],
-    ceiling: Option<&Scene>,
     region: &Region,
     options: &Options,
     context: Context,
 ) -> Result<Comparison, CompareError> {
-    let Context { backend, stop, .. } = context;
+    let Options { viewing, bound, .. } = options;
+    if bound.unit != "px" {
+        return Err(CompareError::Bound { value: bound.value, unit: bound.unit.clone() });
+    }
     let stand_in = modes.first().ok_or(CompareError::EmptyStandIn)?.stand_in;
-    check(original, stand_in, options)?;
-    let sampling = &options.sampling;
-    let (shading, words) = shading::choose(options.shading, original, region, sampling);
-    let samples = options.samples_per_axis;
-    // Samples are shaded in equal squares: an odd number of them one by one.
-    let shades = if samples.is_multiple_of(2) { 2 } else { samples };
-    let setting = Setting {
-        region: region.clone(),
-        pixel: sampling.pixel_angle(),
-        bound_px: options.bound.value,
-        rendering: Rendering { samples_per_axis: samples, shades_per_axis: shades, shading, ..Rendering::default() },
-    };
+    check(original, modes, viewing, bound.value)?;
     let geometry = Geometry::new(original);
-    let ceiling_geometry = ceiling.map(Geometry::new);
-    let original_drawn = SceneStandIn::new(original, &geometry);
-    let ceiling_drawn = ceiling.zip(ceiling_geometry.as_ref()).map(|(scene, g)| SceneStandIn::new(scene, g));
-    let judge = Judge { original: &original_drawn, modes, ceiling: ceiling_drawn.as_ref(), setting: &setting, context };
-
-    let selection = original.bounds();
-    let others = modes.iter().map(|m| m.stand_in.bounds()).chain(ceiling.map(Scene::bounds));
-    let all = others.fold(selection, |b, s| b.union(s));
-    let seen =
-        if views::surrounds(region, &selection) { directions(backend, &geometry, region, stop)? } else { Vec::new() };
-    let views = views::draw(region, &selection, &all, &seen, sampling);
-    let frames: Vec<CropWindow> = views.iter().map(|v| CropWindow::around(v, &all, setting.bound_px)).collect();
-    let measured = judge.measure(&frames, options.ceiling_views as usize)?;
-    let figures: Vec<ViewFigures> = measured.iter().map(|m| m.modes[0].figures).collect();
-    let of_ceiling: Vec<ViewFigures> = measured.iter().filter_map(|m| m.ceiling).collect();
+    let judge = Judge::new(original, &geometry, modes, region, viewing, bound.value, context)?;
+    let (views, band_px) = (&judge.views, judge.band_px());
+    let measured = judge.measure()?;
+    let figures = first_mode(&measured)?;
     let named = modes.iter().enumerate().filter(|(_, m)| !m.name.is_empty());
     let of_modes = named
-        .map(|(k, m)| (m.name.clone(), ModeFigures::of(&measured.iter().map(|v| v.modes[k]).collect::<Vec<_>>())))
+        .map(|(k, m)| (m.name.clone(), ModeFigures::of(&measured.iter().map(|v| v[k]).collect::<Vec<_>>())))
         .collect();
-    if figures.iter().all(|f| f.counts.covered == 0) {
-        return Err(CompareError::Unseen("original", views.len()));
-    }
-    if figures.iter().all(|f| f.counts.missing_everywhere()) {
-        return Err(CompareError::Unseen("stand-in", views.len()));
-    }
 
     let order = by_psnr(&figures);
-    let (worst, wanted) = worst_views(&figures, &order, |i| Camera::of(&views[i], sampling.fov.to_degrees()));
+    let fov = viewing.sampling.fov.to_degrees();
+    let (worst, wanted) = worst_views(&figures, &order, |i| Camera::of(&views[i], fov));
     let model = model(original);
-    let band_px = setting.bound_px.ceil() as u32;
     let caption = |w: &Wanted| Caption {
         lines: vec![
             format!("{model}: {}; view {} (views 0 to {})", w.title, w.view, views.len() - 1),
@@ -160,7 +156,7 @@ pub fn compare(
         ],
         band_px,
     };
-    let looked_at = judge.look(&frames, &order[..order.len().min(FLIP_VIEWS)], &wanted, &caption)?;
+    let looked_at = judge.look(&order[..order.len().min(FLIP_VIEWS)], &wanted, &caption)?;
     let flips: Vec<f64> = looked_at.iter().filter_map(|l| l.flip).collect();
     let looked_at = looked_at.into_iter().flat_map(|l| l.pictures);
     let (mut pictures, mut panels) = (BTreeMap::new(), BTreeMap::new());
@@ -169,7 +165,7 @@ pub fn compare(
         pictures.insert(name, picture);
     }
 
-    let (size, original_size) = (stand_in.size(), original_drawn.size());
+    let (size, original_size) = (stand_in.size(), judge.original.size());
     let mut certificate = Certificate {
         verdict: Verdict::Failed,
         sentence: String::new(),
@@ -186,8 +182,8 @@ pub fn compare(
         original_memory_bytes: original_size.memory_bytes,
         bytes: options.bytes,
         views: views.len() as u32,
-        shading: words,
-        blend_as_mask: original_drawn.blends() || stand_in.blends(),
+        shading: judge.words.clone(),
+        blend_as_mask: judge.original.blends() || stand_in.blends(),
         bound: Bound { value: rounded(options.bound.value, 4), ..options.bound.clone() },
         figures: Figures::of(&figures, band_px),
         flip: Flip {
@@ -195,20 +191,10 @@ pub fn compare(
             mean: rounded(flips.iter().sum::<f64>() / flips.len().max(1) as f64, 4),
             max: rounded(flips.iter().copied().fold(0.0, f64::max), 4),
         },
-        ceiling: ceiling.filter(|_| !of_ceiling.is_empty()).map(|scene| Ceiling {
-            triangles: scene.triangle_count() as u64,
-            views: of_ceiling.len() as u32,
-            figures: Figures::of(&of_ceiling, band_px),
-        }),
+        ceiling: options.ceiling.clone(),
         modes: of_modes,
         worst_view: worst,
-        sampling: Sampled {
-            seed: sampling.seed,
-            resolution: sampling.resolution,
-            fov: rounded(sampling.fov.to_degrees(), 6),
-            samples_per_axis: options.samples_per_axis,
-            region: SampledRegion::of(region),
-        },
+        sampling: Sampled::of(viewing, region),
         about: BTreeMap::new(),
         panels,
         per_view: PerView::of(&figures),
@@ -225,43 +211,51 @@ fn model(original: &Scene) -> String {
     }
 }
 
-fn check(original: &Scene, stand_in: &dyn StandIn, options: &Options) -> Result<(), CompareError> {
+fn check(original: &Scene, modes: &[Mode], viewing: &Viewing, bound_px: f64) -> Result<(), CompareError> {
     if original.triangle_count() == 0 {
         return Err(CompareError::EmptyOriginal);
     }
-    if stand_in.bounds().is_empty() {
+    if modes.first().is_none_or(|m| m.stand_in.bounds().is_empty()) {
         return Err(CompareError::EmptyStandIn);
     }
-    let Bound { value, unit, .. } = &options.bound;
-    if unit != "px" || !(*value > 0.0 && *value <= 1000.0) {
-        return Err(CompareError::Bound { value: *value, unit: unit.clone() });
+    if !(bound_px > 0.0 && bound_px <= 1000.0) {
+        return Err(CompareError::Bound { value: bound_px, unit: "px".into() });
     }
-    let (resolution, samples) = (options.sampling.resolution, options.samples_per_axis);
+    let (resolution, samples) = (viewing.sampling.resolution, viewing.samples_per_axis);
     let fits = resolution.checked_mul(samples).is_some_and(|n| n <= raster::MAX_SIDE);
     if !fits || resolution < 16 || !(1..=16).contains(&samples) {
         return Err(CompareError::Resolution { resolution, samples });
     }
-    let fov = options.sampling.fov.to_degrees();
+    let fov = viewing.sampling.fov.to_degrees();
     if !(0.1..=160.0).contains(&fov) {
         return Err(CompareError::FieldOfView(fov));
     }
     Ok(())
 }
 
-/// What is compared, made ready.
-struct Judge<'a> {
-    original: &'a dyn StandIn,
-    modes: &'a [Mode<'a>],
-    ceiling: Option<&'a SceneStandIn<'a>>,
-    setting: &'a Setting,
-    context: Context<'a>,
+/// The figures of the first mode in every view; an error where the original or the stand-in is seen in none.
+fn first_mode(measured: &[Vec<ModeView>]) -> Result<Vec<ViewFigures>, CompareError> {
+    let figures: Vec<ViewFigures> = measured.iter().map(|modes| modes[0].figures).collect();
+    if figures.iter().all(|f| f.counts.covered == 0) {
+        return Err(CompareError::Unseen("original", figures.len()));
+    }
+    if figures.iter().all(|f| f.counts.missing_everywhere()) {
+        return Err(CompareError::Unseen("stand-in", figures.len()));
+    }
+    Ok(figures)
 }
 
-/// One view, measured.
-struct Measured {
-    /// One for each mode.
-    modes: Vec<ModeView>,
-    ceiling: Option<ViewFigures>,
+/// What is compared, made ready.
+struct Judge<'a> {
+    original: SceneStandIn<'a>,
+    modes: &'a [Mode<'a>],
+    setting: Setting,
+    /// The certificate's words for the shading.
+    words: String,
+    views: Vec<View>,
+    /// The parts of the views that show something.
+    frames: Vec<CropWindow>,
+    context: Context<'a>,
 }
 
 /// What one view says of one way to draw.
@@ -278,26 +272,56 @@ struct Retake {
 }
 
 impl<'a> Judge<'a> {
+    /// `geometry` is that of `original`.
+    fn new(
+        original: &Scene,
+        geometry: &'a Geometry,
+        modes: &'a [Mode<'a>],
+        region: &Region,
+        viewing: &Viewing,
+        bound_px: f64,
+        context: Context<'a>,
+    ) -> Result<Self, CompareError> {
+        let Viewing { sampling, samples_per_axis, shading } = viewing;
+        let (shading, words) = shading::choose(*shading, original, region, sampling);
+        // Samples are shaded in equal squares: an odd number of them one by one.
+        let shades_per_axis = if samples_per_axis.is_multiple_of(2) { 2 } else { *samples_per_axis };
+        let rendering =
+            Rendering { samples_per_axis: *samples_per_axis, shades_per_axis, shading, ..Rendering::default() };
+        let setting = Setting { region: region.clone(), pixel: sampling.pixel_angle(), bound_px, rendering };
+        let selection = original.bounds();
+        let all = modes.iter().fold(selection, |b, m| b.union(m.stand_in.bounds()));
+        let seen = match views::surrounds(region, &selection) {
+            true => directions(context.backend, geometry, region, context.stop)?,
+            false => Vec::new(),
+        };
+        let views = views::draw(region, &selection, &all, &seen, sampling);
+        let frames = views.iter().map(|v| CropWindow::around(v, &all, bound_px)).collect();
+        Ok(Self { original: SceneStandIn::new(original, geometry), modes, setting, words, views, frames, context })
+    }
+
+    /// Half the width of the band around discontinuities, pixels.
+    fn band_px(&self) -> u32 {
+        self.setting.bound_px.ceil() as u32
+    }
+
     fn drawing(&self) -> runtime::Context<'a> {
         runtime::Context { backend: self.context.backend, stop: self.context.stop }
     }
 
-    fn reference(&self, view: &View) -> Result<Reference<'a>, Stopped> {
-        Reference::take(self.original, view, self.setting, self.drawing())
+    fn reference(&self, view: &View) -> Result<Reference<'_>, Stopped> {
+        Reference::take(&self.original, view, &self.setting, self.drawing())
     }
 
     fn shot(&self, stand_in: &'a dyn StandIn, view: &View) -> Result<Shot<'a>, Stopped> {
         Shot::take(stand_in, view, &self.setting.rendering, self.drawing())
     }
 
-    /// Figures of the stand-in in every view, and of the ceiling in the first `ceiling_views`.
-    fn measure(&self, frames: &[CropWindow], ceiling_views: usize) -> Result<Vec<Measured>, Stopped> {
+    /// Every mode in every view.
+    fn measure(&self) -> Result<Vec<Vec<ModeView>>, Stopped> {
         let done = AtomicU64::new(0);
-        let one = |(i, frame): (usize, &CropWindow)| {
+        let one = |frame: &CropWindow| {
             let reference = self.reference(&frame.window)?;
-            let ceiling = self.ceiling.filter(|_| i < ceiling_views);
-            let ceiling =
-                ceiling.map(|c| self.judged(&reference, c, frame).map(|judged| judged.figures)).transpose()?;
             let modes = self.modes.iter().map(|mode| {
                 let Judged { figures, classes, drawn } = self.judged(&reference, mode.stand_in, frame)?;
                 // Only named modes are told apart.
@@ -307,11 +331,11 @@ impl<'a> Judge<'a> {
                 let unseen = reference.unseen(mode.stand_in, &frame.window);
                 Ok(ModeView::of(figures, drawn, &classes, &unseen))
             });
-            let modes = modes.collect::<Result<_, Stopped>>()?;
-            (self.context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, frames.len() as u64);
-            Ok(Measured { modes, ceiling })
+            let modes = modes.collect::<Result<Vec<ModeView>, Stopped>>()?;
+            (self.context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, self.frames.len() as u64);
+            Ok(modes)
         };
-        in_batches(frames.iter().enumerate().collect(), one)
+        in_batches(self.frames.iter().collect(), one)
     }
 
     fn judged(&self, reference: &Reference, stand_in: &'a dyn StandIn, frame: &CropWindow) -> Result<Judged, Stopped> {
@@ -325,14 +349,13 @@ impl<'a> Judge<'a> {
     /// FLIP for the views in `flips`, and the pictures that are wanted.
     fn look(
         &self,
-        frames: &[CropWindow],
         flips: &[usize],
         wanted: &[Wanted],
         caption: &(impl Fn(&Wanted) -> Caption + Sync),
     ) -> Result<Vec<Retake>, Stopped> {
         let views: BTreeSet<usize> = flips.iter().copied().chain(wanted.iter().map(|w| w.view)).collect();
         let one = |i: usize| {
-            let frame = &frames[i];
+            let frame = &self.frames[i];
             let (reference, stand_in) =
                 (self.reference(&frame.window)?, self.shot(self.modes[0].stand_in, &frame.window)?);
             let picture = |w: &Wanted| {

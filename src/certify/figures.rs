@@ -1,7 +1,7 @@
 //! The figures of a stand-in over all its views, rounded as they stand in the certificate.
 
 use super::{classes::ClassCounts, measure::ViewFigures};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Decimals of a ratio of pixels: a single pixel of a hundred million shows.
 pub(super) const RATIO_PLACES: i32 = 8;
@@ -13,21 +13,21 @@ pub fn rounded(x: f64, places: i32) -> f64 {
 }
 
 /// Of a measure of which more is better.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeanMin {
     pub mean: f64,
     pub min: f64,
 }
 
 /// Of a measure of which less is better.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeanMax {
     pub mean: f64,
     pub max: f64,
 }
 
 /// Pixels of a kind in a view.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Count {
     pub mean: f64,
     pub max: f64,
@@ -36,7 +36,7 @@ pub struct Count {
 }
 
 /// Pixels of a kind in all views.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Total {
     pub total: u64,
     /// Over the original's covered pixels.
@@ -44,7 +44,7 @@ pub struct Total {
 }
 
 /// Pixels of the original that the stand-in shows nowhere near (see [`super::lost`]).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LostDetail {
     pub mean: f64,
     pub max: f64,
@@ -55,7 +55,7 @@ pub struct LostDetail {
 }
 
 /// What happens within the band around the original's discontinuities.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Band {
     /// Its half width E in pixels.
     pub px: u32,
@@ -70,7 +70,7 @@ pub struct Band {
 }
 
 /// What was measured over many views. Pixel counts are a view's.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     pub psnr_y_db: MeanMin,
     /// Over the object's pixels: both coverages, dilated by 4 pixels.

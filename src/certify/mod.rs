@@ -24,13 +24,14 @@ mod pictures;
 mod requirements;
 mod shading;
 mod summary;
+mod viewing;
 pub mod views;
 pub mod walk;
 mod worst;
 
 pub use about::{Better, Helps, Measure, measure, measures};
-pub use certificate::{About, Bound, Camera, Ceiling, Certificate, Flip, Subject, WorstView};
-pub use compare::{CompareError, Comparison, Context, Mode, Options, VIEWS_AT_ONCE, compare};
+pub use certificate::{About, Bound, Camera, Ceiling, Certificate, Flip, Sampling as Sampled, Subject, WorstView};
+pub use compare::{CompareError, Comparison, Context, Mode, Options, VIEWS_AT_ONCE, ceiling, compare};
 pub use figures::{Band, Count, Figures, LostDetail, MeanMax, MeanMin, Total, rounded};
 pub use modes::{Everywhere, ModeFigures};
 pub use per_view::PerView;
@@ -38,6 +39,7 @@ pub use pictures::{Panels, legend};
 pub use requirements::{Limits, Requirement, Verdict};
 pub use shading::{Choice, colorless};
 pub use summary::grouped;
+pub use viewing::Viewing;
 pub use views::Sampling;
 
 #[cfg(test)]

@@ -55,13 +55,15 @@ const CELL: Cell = Cell { centre: DVec3::ZERO, half: DVec3::splat(0.5) };
 
 fn options(bound: f64) -> Options {
     Options {
-        sampling: Sampling { views: 9, seed: 1, resolution: 160, fov: 45_f64.to_radians() },
-        samples_per_axis: 2,
-        shading: Choice::Auto,
+        viewing: Viewing {
+            sampling: Sampling { views: 9, seed: 1, resolution: 160, fov: 45_f64.to_radians() },
+            samples_per_axis: 2,
+            shading: Choice::Auto,
+        },
         bound: Bound { kind: "test".into(), value: bound, unit: "px".into(), held: false },
         stand_in: Subject { name: String::new(), blake3: String::new() },
         bytes: 0,
-        ceiling_views: 64,
+        ceiling: None,
     }
 }
 
@@ -81,7 +83,10 @@ fn compared(
     let geometry = Geometry::new(stand_in);
     let drawn = SceneStandIn::new(stand_in, &geometry);
     let modes = [Mode { name: String::new(), stand_in: &drawn }];
-    compare(original, &modes, ceiling, &Region::Box(CELL), options, context)
+    let region = Region::Box(CELL);
+    let of = |mesh| super::ceiling(original, mesh, &region, &options.viewing, options.bound.value, context);
+    let options = Options { ceiling: ceiling.map(of).transpose()?, ..options.clone() };
+    compare(original, &modes, &region, &options, context)
 }
 
 fn judge(original: &Scene, stand_in: &Scene, bound: f64) -> Certificate {
@@ -315,7 +320,8 @@ fn a_stand_in_that_is_heavier_says_so() {
 fn any_number_of_samples_is_compared() {
     let s = one(PLACE, |_, _| true);
     for samples_per_axis in [1, 2, 3, 5, 6] {
-        let options = Options { samples_per_axis, ..options(2.0) };
+        let mut options = options(2.0);
+        options.viewing.samples_per_axis = samples_per_axis;
         let context = Context { backend: &Cpu, stop: &Stop::default(), progress: &|_, _| {} };
         assert_eq!(compared(&s, &s, None, &options, context).unwrap().certificate.verdict, Verdict::Indistinguishable);
     }

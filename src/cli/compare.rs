@@ -8,7 +8,7 @@ use super::{
     terminal, verdict,
 };
 use crate::{
-    certify::{self, Bound, Choice, CompareError, Comparison, Context, Mode, Sampling, Subject},
+    certify::{self, Bound, Choice, CompareError, Comparison, Context, Mode, Sampling, Subject, Viewing},
     formats::Limits,
     image::encode_png,
     raster::Geometry,
@@ -102,10 +102,10 @@ pub fn run(args: &Args) -> Done {
     }
     let original = load(&args.original, &limits, &stop)?;
     let stand_in = load(&args.stand_in, &limits, &stop)?;
-    let ceiling = args.ceiling.as_deref().map(|path| load(path, &limits, &stop)).transpose()?;
+    let ceiling_mesh = args.ceiling.as_deref().map(|path| load(path, &limits, &stop)).transpose()?;
     // Built-in scenes have no file.
     let bytes = regular::read(&args.stand_in).unwrap_or_default();
-    let options = certify::Options {
+    let viewing = Viewing {
         sampling: Sampling {
             views: args.views,
             seed: args.seed,
@@ -119,13 +119,6 @@ pub fn run(args: &Args) -> Done {
             Shading::Lit => Choice::Lit,
             Shading::Noise => Choice::Noise,
         },
-        bound: Bound { kind: "given on the command line".into(), value: args.bound, unit: "px".into(), held: false },
-        stand_in: Subject {
-            name: args.stand_in.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
-            blake3: if bytes.is_empty() { String::new() } else { blake3::hash(&bytes).to_hex().to_string() },
-        },
-        bytes: bytes.len() as u64,
-        ceiling_views: args.views,
     };
     let backend = args.backend.open()?;
     let bar = terminal::bar("views");
@@ -138,7 +131,25 @@ pub fn run(args: &Args) -> Done {
     let drawn = SceneStandIn::new(&stand_in, &geometry);
     let modes = [Mode { name: String::new(), stand_in: &drawn }];
     let region = Region::Box(args.cell);
-    let comparison = certify::compare(&original, &modes, ceiling.as_ref(), &region, &options, context);
+    let ceiling = |mesh| certify::ceiling(&original, mesh, &region, &viewing, args.bound, context);
+    let comparison = ceiling_mesh.as_ref().map(ceiling).transpose().and_then(|ceiling| {
+        let options = certify::Options {
+            viewing,
+            bound: Bound {
+                kind: "given on the command line".into(),
+                value: args.bound,
+                unit: "px".into(),
+                held: false,
+            },
+            stand_in: Subject {
+                name: args.stand_in.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
+                blake3: if bytes.is_empty() { String::new() } else { blake3::hash(&bytes).to_hex().to_string() },
+            },
+            bytes: bytes.len() as u64,
+            ceiling,
+        };
+        certify::compare(&original, &modes, &region, &options, context)
+    });
     bar.finish_and_clear();
     backend.warn();
     let comparison = comparison.map_err(|e| Exit::say(exit_code(&e), e))?;

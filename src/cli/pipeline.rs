@@ -9,7 +9,7 @@ use crate::engine::{
 use miette::GraphicalTheme;
 use std::io::IsTerminal;
 
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 pub struct PipelineArgs {
     /// A pipeline file, or the name of a stock pipeline such as `tdm`
     #[arg(value_name = "FILE|NAME")]
@@ -31,6 +31,11 @@ pub struct PipelineArgs {
 }
 
 impl PipelineArgs {
+    /// The same with more values, which take precedence.
+    pub fn with(&self, more: &[String]) -> Self {
+        Self { set: self.set.iter().chain(more).cloned().collect(), ..self.clone() }
+    }
+
     /// The checked plan; what is wrong goes to standard error.
     pub fn load(&self, registry: &Registry) -> Result<Plan, Exit> {
         self.read(registry)?.map_err(|problems| report(&problems))

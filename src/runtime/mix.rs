@@ -12,7 +12,8 @@ use serde::{Deserialize, Serialize};
 use std::{collections::BTreeMap, path::Path};
 
 pub const FORMAT: &str = "farfield mix";
-pub const VERSION: u32 = 1;
+/// Version 2 knows volumes.
+pub const VERSION: u32 = 2;
 /// The manifest's name in its bundle.
 pub const NAME: &str = "mix.json";
 
@@ -34,6 +35,9 @@ pub struct Part {
     pub name: String,
     /// Its main file, below the folder of the manifest.
     pub main: String,
+    /// The manifests of depth sprites, below the same folder: what lies inside one is not drawn. Only of parts that are meshes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub clipped_by: Vec<String>,
 }
 
 impl Manifest {
@@ -45,8 +49,8 @@ impl Manifest {
         let unknown = |what: String| OpenError::Unknown { file: file.display().to_string(), what };
         let manifest: Self = serde_json::from_slice(data).map_err(|e| unknown(e.to_string()))?;
         match manifest.version {
-            VERSION => Ok(manifest),
-            other => Err(unknown(format!("`version` is {other}; expected {VERSION}"))),
+            1..=VERSION => Ok(manifest),
+            other => Err(unknown(format!("`version` is {other}; expected 1 to {VERSION}"))),
         }
     }
 }

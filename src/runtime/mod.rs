@@ -2,6 +2,7 @@
 
 mod bundle;
 mod cards;
+mod clipped;
 pub mod dmesh;
 pub mod hybrid_lod;
 pub mod mix;

@@ -3,6 +3,7 @@
 use super::{
     SceneStandIn, StandIn,
     bundle::inside,
+    clipped::Clipped,
     dmesh::{self, DmeshError, DmeshStandIn, Meshes, Model},
     mix::{self, MixStandIn},
     octahedral::{self, OctahedralError, OctahedralStandIn},
@@ -13,7 +14,7 @@ use crate::{
     formats::{self, Files, FormatError, Limits},
     raster::Geometry,
     scene::Scene,
-    sprite::{ReadError, SPRITE_FORMAT},
+    sprite::{ReadError, SPRITE_FORMAT, Volume},
 };
 use serde_json::Value;
 use std::path::Path;
@@ -32,8 +33,18 @@ pub enum Opened {
     Octahedral(Box<OctahedralStandIn>),
     /// A depth sprite.
     Sprite(Box<SpriteStandIn>),
+    /// A mesh of which depth sprites hide what lies inside them.
+    Clipped(Box<OpenedClipped>),
     /// Several stand-ins that are drawn together.
     Mix(Vec<Opened>),
+}
+
+/// A mesh and what clips it.
+pub struct OpenedClipped {
+    mesh: Opened,
+    volumes: Vec<Volume>,
+    /// Of the sprites.
+    bytes: u64,
 }
 
 /// Depth-meshes, ready to be drawn.
@@ -106,7 +117,27 @@ fn open_within(main: &Path, files: &(dyn Files + Sync), limits: &Limits, mixes: 
         Some(mix::FORMAT) => {
             let part = |part: mix::Part| {
                 let main = inside(folder, &part.main).map_err(unknown)?;
-                open_within(&main, files, limits, mixes - 1)
+                let opened = open_within(&main, files, limits, mixes - 1)?;
+                if part.clipped_by.is_empty() {
+                    return Ok(opened);
+                }
+                if !matches!(opened, Opened::Scene(_)) {
+                    let what = "a sprite clips meshes, and it is none";
+                    return Err(unknown(format!("part `{}`: `clipped_by`: {what}", part.name)));
+                }
+                let mut clipped = OpenedClipped { mesh: opened, volumes: Vec::new(), bytes: 0 };
+                for sprite in &part.clipped_by {
+                    let main = inside(folder, sprite).map_err(unknown)?;
+                    let Opened::Sprite(sprite) = open_within(&main, files, limits, mixes - 1)? else {
+                        return Err(unknown(format!(
+                            "part `{}`: `clipped_by`: `{sprite}` is no depth sprite",
+                            part.name
+                        )));
+                    };
+                    clipped.bytes += sprite.size().memory_bytes;
+                    clipped.volumes.push(sprite.into_volume());
+                }
+                Ok(Opened::Clipped(Box::new(clipped)))
             };
             let parts = mix::Manifest::read(main, data)?.parts;
             Ok(Opened::Mix(parts.into_iter().map(part).collect::<Result<_, _>>()?))
@@ -132,6 +163,13 @@ impl Opened {
             Self::Ori(ori) => vec![("", Box::new(&**ori))],
             Self::Octahedral(impostor) => vec![("", Box::new(&**impostor))],
             Self::Sprite(sprite) => vec![("", Box::new(&**sprite))],
+            Self::Clipped(clipped) => {
+                let OpenedClipped { mesh, volumes, bytes } = &**clipped;
+                let clip = |(name, stand_in)| -> (&'static str, Box<dyn StandIn + '_>) {
+                    (name, Box::new(Clipped { stand_in, volumes, bytes: *bytes }))
+                };
+                mesh.modes().into_iter().map(clip).collect()
+            }
             Self::Mix(parts) => {
                 // Each as it is usually drawn.
                 let usual = parts.iter().filter_map(|part| part.modes().into_iter().next());

@@ -39,6 +39,10 @@ impl SpriteStandIn {
         let (image, frame) = read::sprite(manifest, data)?;
         Ok(Self { volume: Volume::new(image, &frame, &Placement::default()), bytes: data.len() as u64 })
     }
+
+    pub fn into_volume(self) -> Volume {
+        self.volume
+    }
 }
 
 impl StandIn for SpriteStandIn {

@@ -1,4 +1,4 @@
-//! Cutting a scene to a box (Sutherland and Hodgman 1974), with all that its vertices carry.
+//! Cutting a scene to a box, or a box out of a scene (Sutherland and Hodgman 1974), with all that its vertices carry.
 //!
 //! A cut point depends only on the two ends of its edge and the planes, never on the triangle: triangles that share an edge stay joined, and a mesh without
 //! cracks has none after it was cut. Triangles that lie inside keep their vertices.
@@ -19,6 +19,25 @@ pub fn clip_scene(scene: &Scene, bounds: &Aabb) -> Scene {
     };
     let objects = scene.objects.iter().filter_map(|o| clip_object(o, &whole(o), bounds)).collect();
     Scene { objects }
+}
+
+/// The parts of the objects that lie outside `bounds` (world space, metres): what [`clip_scene`] leaves away. What lies on the box's sides goes with its
+/// inside. The cut stays open. Triangles that the box does not meet keep their vertices, so a cut may end in the middle of their edges.
+pub fn cut_box(scene: &Scene, bounds: &Aabb) -> Scene {
+    let object = |object: &Object| {
+        if !object.bounds().overlaps(bounds) {
+            return Some(object.clone());
+        }
+        let planes = planes(object, bounds);
+        let part = |part: &Part| {
+            let mesh = cut_mesh(&part.mesh, &planes)?;
+            let mesh = mesh.map_or_else(|| part.mesh.clone(), Arc::new);
+            Some(Part { mesh, material: part.material.clone() })
+        };
+        let parts: Vec<Part> = object.parts.iter().filter_map(part).collect();
+        (!parts.is_empty()).then(|| Object { name: object.name.clone(), transform: object.transform, parts })
+    };
+    Scene { objects: scene.objects.iter().filter_map(object).collect() }
 }
 
 /// Triangles of an object, by part.
@@ -76,9 +95,14 @@ impl Corner {
     }
 }
 
+/// Above 0 on the inner side.
+fn distance(plane: &Plane, corner: &Corner) -> f64 {
+    plane.truncate().dot(corner.position) + plane.w
+}
+
 /// What lies on the inner side of a plane.
 fn clip(polygon: &[Corner], plane: &Plane) -> Vec<Corner> {
-    let distance = |c: &Corner| plane.truncate().dot(c.position) + plane.w;
+    let distance = |c: &Corner| distance(plane, c);
     let mut out = Vec::with_capacity(polygon.len() + 1);
     for (i, b) in polygon.iter().enumerate() {
         let a = &polygon[(i + polygon.len() - 1) % polygon.len()];
@@ -102,12 +126,7 @@ fn clip_mesh(mesh: &Mesh, triangles: &[u32], planes: &[Plane]) -> Option<Option<
     let mut builder = Builder::new(mesh);
     let mut whole = triangles.len() == mesh.triangles.len();
     for indices in triangles.iter().map(|t| mesh.triangles[*t as usize]) {
-        let corner = |k: usize| Corner {
-            position: Vec3::from(mesh.positions[indices[k] as usize]).as_dvec3(),
-            weights: DVec3::AXES[k],
-            own: Some(k),
-        };
-        let mut polygon = [0, 1, 2].map(corner).to_vec();
+        let mut polygon = polygon(mesh, indices);
         for plane in planes {
             polygon = clip(&polygon, plane);
         }
@@ -115,11 +134,42 @@ fn clip_mesh(mesh: &Mesh, triangles: &[u32], planes: &[Plane]) -> Option<Option<
         whole &= kept;
         builder.add(indices, &polygon);
     }
-    match (builder.triangles.is_empty(), whole) {
-        (true, _) => None,
-        (false, true) => Some(None),
-        (false, false) => Some(Some(builder.finish())),
+    builder.outcome(whole)
+}
+
+/// The parts of a mesh that lie outside some of the planes; the result is as that of [`clip_mesh`].
+fn cut_mesh(mesh: &Mesh, planes: &[Plane]) -> Option<Option<Mesh>> {
+    let mut builder = Builder::new(mesh);
+    let mut whole = true;
+    for indices in mesh.triangles.iter().copied() {
+        let all = polygon(mesh, indices);
+        // Outside the first plane, inside that and outside the second, and so on: the pieces do not overlap.
+        let (mut rest, mut pieces) = (all.clone(), Vec::new());
+        for plane in planes {
+            if rest.iter().any(|c| distance(plane, c) < 0.0) {
+                pieces.push(clip(&rest, &-*plane));
+                rest = clip(&rest, plane);
+            }
+        }
+        // A triangle beside the box stays as it is, although planes of its sides may cut it.
+        let missed = rest.is_empty();
+        whole &= missed;
+        if missed {
+            builder.add(indices, &all);
+        } else {
+            pieces.iter().for_each(|piece| builder.add(indices, piece));
+        }
     }
+    builder.outcome(whole)
+}
+
+fn polygon(mesh: &Mesh, indices: [u32; 3]) -> Vec<Corner> {
+    let corner = |k: usize| Corner {
+        position: Vec3::from(mesh.positions[indices[k] as usize]).as_dvec3(),
+        weights: DVec3::AXES[k],
+        own: Some(k),
+    };
+    [0, 1, 2].map(corner).to_vec()
 }
 
 /// Collects vertices: equal ones once.
@@ -196,6 +246,15 @@ impl<'a> Builder<'a> {
             self.out.colors.extend(color);
         }
         number
+    }
+
+    /// `Some(None)` where the result is the whole mesh, `None` where it is nothing.
+    fn outcome(self, whole: bool) -> Option<Option<Mesh>> {
+        match (self.triangles.is_empty(), whole) {
+            (true, _) => None,
+            (false, true) => Some(None),
+            (false, false) => Some(Some(self.finish())),
+        }
     }
 
     fn finish(self) -> Mesh {

@@ -2,7 +2,7 @@
 
 use super::{
     Material, Mesh, Object, Part, Scene,
-    clip::clip_scene,
+    clip::{clip_scene, cut_box},
     split::{Division, SplitError, Splitting, split},
 };
 use crate::math::{Aabb, Stop};
@@ -123,6 +123,43 @@ proptest! {
         let all = clip_scene(&scene, &Aabb { min: DVec3::splat(-99.0), max: DVec3::splat(99.0) });
         prop_assert!(Arc::ptr_eq(&all.objects[0].parts[0].mesh, &scene.objects[0].parts[0].mesh));
     }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn what_is_cut_out_and_what_is_left_are_the_whole(mesh in soup(), turn in turn(), lo in prop::array::uniform3(-2.0_f64..1.0), size in 0.1_f64..2.0) {
+        let bounds = Aabb { min: lo.into(), max: DVec3::from(lo) + size };
+        let scene = scene_of(mesh, turn);
+        let (inner, outer) = (clip_scene(&scene, &bounds), cut_box(&scene, &bounds));
+        sound(&outer);
+        let (sum, whole) = (area(&inner) + area(&outer), area(&scene));
+        prop_assert!((sum - whole).abs() < 1e-4 * (1.0 + whole), "{sum} {whole}");
+        // No point of what is left lies deep inside.
+        let deep = Aabb { min: bounds.min + 1e-4, max: bounds.max - 1e-4 };
+        let left = area(&clip_scene(&outer, &deep));
+        prop_assert!(left < 1e-6, "{left} left inside");
+        for mesh in outer.objects.iter().flat_map(|o| &o.parts).map(|p| &p.mesh) {
+            let expect = dressed(mesh.positions.to_vec(), mesh.triangles.to_vec());
+            for (a, b) in mesh.uv[0].iter().zip(expect.uv[0].iter()) {
+                prop_assert!((a[0] - b[0]).abs() < 1e-4 && (a[1] - b[1]).abs() < 1e-4);
+            }
+        }
+        // A box beside everything changes nothing, not even what is shared.
+        let same = cut_box(&scene, &Aabb { min: DVec3::splat(98.0), max: DVec3::splat(99.0) });
+        prop_assert!(Arc::ptr_eq(&same.objects[0].parts[0].mesh, &scene.objects[0].parts[0].mesh));
+    }
+}
+
+#[test]
+fn triangles_on_the_side_of_a_cut_go_once() {
+    let box_of = |half: f64| Aabb { min: DVec3::splat(-half), max: DVec3::splat(half) };
+    let side = |z: f32| vec![[-0.5, -0.5, z], [0.5, -0.5, z], [0.0, 0.5, z]];
+    let on = scene_of(dressed(side(1.0), vec![[0, 1, 2]]), Mat4::IDENTITY);
+    assert!(cut_box(&on, &box_of(1.0)).objects.is_empty());
+    let beyond = scene_of(dressed(side(1.01), vec![[0, 1, 2]]), Mat4::IDENTITY);
+    assert_eq!(cut_box(&beyond, &box_of(1.0)), beyond);
 }
 
 #[test]

@@ -33,6 +33,11 @@ fn template() -> Bench {
     t
 }
 
+/// Whether a stored value is compressed; one that is not differs wherever its file does.
+fn is_packed(path: &Path) -> bool {
+    fs::read(path).unwrap().starts_with(b"\0farLZ4\x01")
+}
+
 fn flip(path: &Path, at: usize, bit: usize) {
     let mut bytes = fs::read(path).unwrap();
     bytes[at] ^= 1 << (bit % 8);
@@ -58,7 +63,7 @@ fn every_stored_byte_may_flip() {
     let expect = tree(&template.path("out"));
     let files: Vec<(String, usize)> =
         tree(&template.path("cache")).into_iter().map(|(name, b)| (name, b.len())).collect();
-    let (mut flips, mut named, mut kept) = (0, 0, 0);
+    let (mut flips, mut named, mut harmless, mut kept) = (0, 0, 0, 0);
     for (turn, (name, size)) in files.iter().enumerate() {
         // Locks and marks say only who holds them.
         if *size == 0 || name.starts_with("locks/") || name.starts_with("claims/") || name == "index.lock" {
@@ -90,8 +95,12 @@ fn every_stored_byte_may_flip() {
 
             let t = damaged();
             let found = verify(&t);
+            // LZ4 may say one thing in two ways: a match that begins elsewhere in a run of equal bytes gives the same value.
+            let same_value = !is_index && found.is_clean() && is_packed(&t.path("cache").join(name));
             if is_index {
                 named += usize::from(!found.is_clean());
+            } else if same_value {
+                harmless += 1;
             } else {
                 let hash = name.rsplit('/').next().unwrap();
                 assert!(found.bad.iter().any(|bad| bad.contains(hash)), "{what} is not named: {found:?}");
@@ -105,6 +114,8 @@ fn every_stored_byte_may_flip() {
             assert!(t.verify().is_clean(), "{what}: rebuild leaves damage");
             if is_index {
                 assert!(rebuilt.bad.is_empty(), "{what}: {rebuilt:?}");
+            } else if same_value {
+                assert!(rebuilt.bad.is_empty(), "{what}: {rebuilt:?}, and `verify` found nothing");
             } else {
                 assert_eq!(rebuilt.bad.len(), 1, "{what}: {rebuilt:?}");
             }
@@ -115,6 +126,7 @@ fn every_stored_byte_may_flip() {
             bakes_the_same(&t, &expect, &what);
         }
     }
-    println!("{flips} flips, {named} named by verify, {kept} results kept by rebuild");
+    println!("{flips} flips, {named} named by verify, {harmless} that change no value, {kept} results kept by rebuild");
     assert!(flips >= 50 && named * 2 > flips && kept > 0, "{flips} flips, {named} named, {kept} kept");
+    assert!(harmless * 20 < flips, "{harmless} of {flips} flips change no value");
 }

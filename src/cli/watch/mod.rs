@@ -10,7 +10,8 @@ mod turn;
 use super::{
     Done, Exit,
     backend::Chosen,
-    bake, batch, interrupt, pipeline,
+    bake, batch, interrupt,
+    pipeline::{self, PipelineArgs},
     quantity::show_seconds,
     terminal::{fill, say},
 };
@@ -46,6 +47,17 @@ use turn::{Step, Turn};
 pub struct Args {
     #[command(flatten)]
     bake: bake::Args,
+    /// After a save bakes with this first, besides --set, and then as the file says: `--quick views=8` gives an answer
+    /// from few views soon, and that from all of them later. May be given several times
+    #[arg(long, value_name = "NAME=VALUE")]
+    quick: Vec<String>,
+}
+
+impl Args {
+    /// The pipeline as it is asked for, or for the quick answer.
+    fn pipeline(&self, quick: bool) -> PipelineArgs {
+        self.bake.pipeline.with(if quick { &self.quick } else { &[] })
+    }
 }
 
 /// What happens.
@@ -135,20 +147,21 @@ pub fn run(args: &Args, registry: &Registry) -> Done {
 }
 
 /// The one pipeline that `args` ask for, or what is wrong with it: of a batch a single row.
-fn one(args: &bake::Args, registry: &Registry) -> Result<Result<Plan, Problems>, Exit> {
-    let plan = match args.pipeline.read(registry)? {
+fn one(args: &Args, quick: bool, registry: &Registry) -> Result<Result<Plan, Problems>, Exit> {
+    let pipeline = args.pipeline(quick);
+    let plan = match pipeline.read(registry)? {
         Ok(plan) if !plan.rows.is_empty() => plan,
         other => return Ok(other),
     };
-    match &batch::chosen(args, &plan)?[..] {
-        [row] => args.pipeline.read_row(*row, registry),
+    match &batch::chosen(&args.bake, &plan)?[..] {
+        [row] => pipeline.read_row(*row, registry),
         rows => Err(Exit::say(2, format!("[batch] asks for {} bakes; name one of them with --row", rows.len()))),
     }
 }
 
 /// The files to watch before the first bake; an error where there are none.
 fn first(args: &Args, registry: &Registry) -> Result<Vec<PathBuf>, Exit> {
-    let files = match one(&args.bake, registry)? {
+    let files = match one(args, false, registry)? {
         Ok(plan) if plan.texts.is_empty() && plan.sources.iter().all(|s| s.starts_with("builtin:")) => {
             let what = format!(
                 "nothing to watch: the stock pipeline {} reads no file; `farfield init SCENE` writes a pipeline file",
@@ -156,7 +169,14 @@ fn first(args: &Args, registry: &Registry) -> Result<Vec<PathBuf>, Exit> {
             );
             return Err(Exit::say(2, what));
         }
-        Ok(plan) => plan.texts,
+        Ok(plan) => {
+            if !args.quick.is_empty()
+                && let Err(problems) = one(args, true, registry)?
+            {
+                return Err(pipeline::report(&problems));
+            }
+            plan.texts
+        }
         // The bake will say what is wrong.
         Err(problems) if !problems.sources.is_empty() => problems.files(),
         Err(problems) => return Err(pipeline::report(&problems)),
@@ -187,10 +207,23 @@ impl<'a> Session<'a> {
     fn start<'s>(&mut self, scope: &'s Scope<'s, 'a>) {
         self.stop = Stop::default();
         let (args, registry, backend) = (self.args, self.registry, self.backend);
-        let (stop, tell) = (self.stop.clone(), self.tell.clone());
+        let (stop, tell, saved) = (self.stop.clone(), self.tell.clone(), self.saved);
         scope.spawn(move || {
             let began = now();
-            let ended = catch_unwind(AssertUnwindSafe(|| attempt(args, registry, backend, &stop, began)));
+            let ended = catch_unwind(AssertUnwindSafe(|| {
+                let attempt = |quick| attempt(args, quick, registry, backend, &stop, began);
+                if args.quick.is_empty() {
+                    return attempt(false);
+                }
+                let first = attempt(true);
+                // What stops or is wrong is so for the whole bake too.
+                if !matches!(&first.result, Some((_, r)) if matches!(r.outcome, Outcome::Baked | Outcome::NotMet)) {
+                    return first;
+                }
+                let since = show_seconds((now() - saved.unwrap_or(began)) as f64 * 1e-9);
+                say(format_args!("{since} to the quick answer, with {}; all of it follows", args.quick.join(", ")));
+                attempt(false)
+            }));
             let ended = ended.unwrap_or_else(|_| {
                 say("error: the bake broke off; this is a mistake in farfield");
                 Ended { files: Vec::new(), result: None, began }
@@ -334,9 +367,9 @@ impl<'a> Session<'a> {
 }
 
 /// One bake, from the file to its summary.
-fn attempt(args: &Args, registry: &Registry, backend: &Chosen, stop: &Stop, began: i128) -> Ended {
+fn attempt(args: &Args, quick: bool, registry: &Registry, backend: &Chosen, stop: &Stop, began: i128) -> Ended {
     let nothing = |files| Ended { files, result: None, began };
-    let plan = match one(&args.bake, registry) {
+    let plan = match one(args, quick, registry) {
         Ok(Ok(plan)) => plan,
         Ok(Err(problems)) => {
             pipeline::report(&problems);

@@ -11,6 +11,7 @@ mod solids;
 mod texture;
 
 pub use random::Random;
+pub use solids::closed_box;
 
 use super::Scene;
 

@@ -1,7 +1,10 @@
 //! A few closed solids: a box, a sphere and a torus.
 
 use super::{shape, texture};
-use crate::scene::{Mesh, Scene};
+use crate::{
+    math::Aabb,
+    scene::{Material, Mesh, Scene},
+};
 use glam::{Mat4, Vec3};
 use std::{f32::consts::TAU, sync::Arc};
 
@@ -67,4 +70,11 @@ pub fn solids() -> Scene {
             shape::object("torus", at(2.4, 1.25, 0.4), &torus, &shape::textured("gold", &checks, [1.0, 0.8, 0.3])),
         ],
     }
+}
+
+/// A box as a closed solid.
+pub fn closed_box(bounds: &Aabb) -> Scene {
+    let mut block = shape::Shape::default();
+    block.closed_block(bounds.min.as_vec3(), bounds.max.as_vec3());
+    Scene { objects: vec![shape::object("box", Mat4::IDENTITY, &block.mesh(1.0), &Arc::new(Material::default()))] }
 }
