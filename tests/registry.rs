@@ -64,10 +64,11 @@ fn defaults_parse_and_are_stable() {
     for kind in registry.iter() {
         let (name, (_, required)) = (kind.spec().title(), parameters(&kind.spec().params));
         assert!(required.is_empty(), "{name}: {required:?} have no default");
-        // The file to read and the way to go are what no default can name.
+        // The file to read, the way to go and the box to cut out are what no default can name.
         let given = match &*name {
             "load-scene" => json!({ "path": "builtin:car" }),
             "view-region path" => json!({ "points": [[0, 0, 0]] }),
+            "clip-scene" => json!({ "region": [[0, 0, 0], [1, 1, 1]] }),
             _ => json!({}),
         };
         let accept = |params: Value| kind.accept(params).map(|p| p.json().clone());

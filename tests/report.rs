@@ -106,7 +106,7 @@ fn a_bake_leaves_a_report_and_a_bake_that_changes_nothing_leaves_it_alone() {
     for id in ["budget", "requirements", "views", "errors", "figures", "graph", "why", "settings"] {
         assert!(report.contains(&format!("<section id=\"{id}\">")), "{id}");
     }
-    for text in ["5 of 5 met", "Likeness over the object", "class=\"node ran\"", "12 nodes", "class=\"banner "] {
+    for text in ["5 of 5 met", "Likeness over the object", "class=\"node ran\"", "13 nodes", "class=\"banner "] {
         assert!(report.contains(text), "{text}");
     }
     assert!(report.contains("<figure class=\"stand-in\"><img src=\"data:image/png;base64,iVBOR"));

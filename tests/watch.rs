@@ -187,3 +187,37 @@ fn where_there_is_nothing_to_watch_it_ends_with_2() {
     }
     assert!(!folder.path().join("out").exists() && !folder.path().join(".farfield").exists());
 }
+
+#[test]
+fn a_quick_answer_comes_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "box.ply", BOX);
+    write(folder, "town.toml", SCENE);
+    write(folder, "p.toml", &format!("[pipeline]\nname = \"town\"\n{BASE}"));
+    let unlit = || {
+        let glb = std::fs::read(folder.join("out/town/town.glb")).unwrap();
+        glb.windows(19).any(|w| w == b"KHR_materials_unlit")
+    };
+
+    let watch = Watch::start(folder, &["p.toml", "--set", "unlit=false", "--quick", "unlit=true"]);
+    let said = watch.until("all of it follows");
+    assert!(
+        said.contains("baked: town, 0 hits, 2 ran, ") && said.contains("the quick answer, with unlit=true"),
+        "{said}"
+    );
+    let said = watch.until("watching ");
+    assert!(said.contains("baked: town, 1 hits, 1 ran, "), "{said}");
+    assert!(!unlit());
+
+    // What is broken is said once.
+    write(folder, "p.toml", "[pipeline]\nname = town\n");
+    let said = watch.until("watching ");
+    assert!(said.matches("nothing was run").count() == 1 && !said.contains("quick answer"), "{said}");
+    watch.end();
+
+    // A knob that there is not is a mistake before anything runs.
+    write(folder, "p.toml", &format!("[pipeline]\nname = \"town\"\n{BASE}"));
+    let watch = Watch::start(folder, &["p.toml", "--quick", "views=8"]);
+    watch.until("nothing was run");
+}

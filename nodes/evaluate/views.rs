@@ -203,12 +203,12 @@ impl Node for Views {
 
 /// What a comparison of scenes needs, bytes.
 pub(in crate::nodes) fn memory(resolution: u32, sizes: &[u64]) -> u64 {
-    // Per pixel two scenes' depths, numbers, pictures and luminance, the measures' maps, FLIP's own images. Per byte
+    // Per pixel two scenes' depths, numbers, pictures and luminance, those of few views kept, the measures' maps, FLIP's own images. Per byte
     // of a scene the triangles of a view, prepared twice.
     let pixels = u64::from(resolution).saturating_mul(resolution.into());
     let views = VIEWS_AT_ONCE as u64;
     let scenes = sizes.iter().take(2).fold(0_u64, |s, n| s.saturating_add(*n));
-    pixels.saturating_mul(150 * views).saturating_add(scenes.saturating_mul(2 * views)).saturating_add(64 << 20)
+    pixels.saturating_mul(220 * views).saturating_add(scenes.saturating_mul(2 * views)).saturating_add(64 << 20)
 }
 
 pub(in crate::nodes) fn check_viewing(

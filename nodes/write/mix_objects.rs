@@ -99,7 +99,11 @@ mod tests {
         let objects = List(vec![("block 1.8/a".into(), one(1)), ("block 1.8:A".into(), one(2))]);
         let mix = |scene: Option<&Scene>, objects| {
             let scene = scene.map(|s| Arc::new(s.clone()));
-            run::<MixObjects>(&Params::default(), In { scene, meshes: None, volume: None, whole: Some(one(0)), objects: Some(objects) }).0
+            run::<MixObjects>(
+                &Params::default(),
+                In { scene, meshes: None, volume: None, whole: Some(one(0)), objects: Some(objects) },
+            )
+            .0
         };
         let inner = mix(None, objects).unwrap().bundle;
         let folders: Vec<&str> = inner.files().keys().map(String::as_str).collect();

@@ -76,8 +76,10 @@ pub enum CompareError {
 /// Views worked on at once: their memory is what this needs, about 100 bytes a pixel each, with the supersampled
 /// pictures' triangles.
 pub const VIEWS_AT_ONCE: usize = 4;
-/// FLIP is measured in so many views.
+/// FLIP is measured in so many views. Where there are no more, their pictures are kept for it rather than drawn again.
 const FLIP_VIEWS: usize = 8;
+/// A view of the original, and one of the stand-in as it is usually drawn.
+type Pair<'a> = (Reference<'a>, Shot<'a>);
 
 /// What a comparison works with.
 #[derive(Clone, Copy)]
@@ -112,7 +114,7 @@ pub fn ceiling(
     check(original, &modes, viewing, bound_px)?;
     let geometry = Geometry::new(original);
     let judge = Judge::new(original, &geometry, &modes, region, viewing, bound_px, context)?;
-    let figures = first_mode(&judge.measure()?)?;
+    let figures = first_mode(&judge.measure(false)?.0)?;
     Ok(Ceiling {
         triangles: mesh.triangle_count() as u64,
         views: figures.len() as u32,
@@ -138,7 +140,7 @@ pub fn compare(
     let geometry = Geometry::new(original);
     let judge = Judge::new(original, &geometry, modes, region, viewing, bound.value, context)?;
     let (views, band_px) = (&judge.views, judge.band_px());
-    let measured = judge.measure()?;
+    let (measured, kept) = judge.measure(judge.frames.len() <= FLIP_VIEWS)?;
     let figures = first_mode(&measured)?;
     let named = modes.iter().enumerate().filter(|(_, m)| !m.name.is_empty());
     let of_modes = named
@@ -156,7 +158,7 @@ pub fn compare(
         ],
         band_px,
     };
-    let looked_at = judge.look(&order[..order.len().min(FLIP_VIEWS)], &wanted, &caption)?;
+    let looked_at = judge.look(kept, &order[..order.len().min(FLIP_VIEWS)], &wanted, &caption)?;
     let flips: Vec<f64> = looked_at.iter().filter_map(|l| l.flip).collect();
     let looked_at = looked_at.into_iter().flat_map(|l| l.pictures);
     let (mut pictures, mut panels) = (BTreeMap::new(), BTreeMap::new());
@@ -259,10 +261,10 @@ struct Judge<'a> {
 }
 
 /// What one view says of one way to draw.
-struct Judged {
+struct Judged<'a> {
     figures: ViewFigures,
     classes: Classes,
-    drawn: runtime::Drawn,
+    shot: Shot<'a>,
 }
 
 /// A view rendered once more.
@@ -317,38 +319,50 @@ impl<'a> Judge<'a> {
         Shot::take(stand_in, view, &self.setting.rendering, self.drawing())
     }
 
-    /// Every mode in every view.
-    fn measure(&self) -> Result<Vec<Vec<ModeView>>, Stopped> {
+    /// Every mode in every view; the views themselves only where they are to be kept.
+    fn measure(&self, keep: bool) -> Result<(Vec<Vec<ModeView>>, Vec<Pair<'_>>), Stopped> {
         let done = AtomicU64::new(0);
         let one = |frame: &CropWindow| {
             let reference = self.reference(&frame.window)?;
-            let modes = self.modes.iter().map(|mode| {
-                let Judged { figures, classes, drawn } = self.judged(&reference, mode.stand_in, frame)?;
+            let (mut modes, mut usual) = (Vec::new(), None);
+            for mode in self.modes {
+                let Judged { figures, classes, shot } = self.judged(&reference, mode.stand_in, frame)?;
                 // Only named modes are told apart.
-                if mode.name.is_empty() {
-                    return Ok(ModeView { figures, ..ModeView::default() });
+                modes.push(match mode.name.is_empty() {
+                    true => ModeView { figures, ..ModeView::default() },
+                    false => {
+                        let unseen = reference.unseen(mode.stand_in, &frame.window);
+                        ModeView::of(figures, shot.drawn.drawn.unwrap_or_default(), &classes, &unseen)
+                    }
+                });
+                if keep && usual.is_none() {
+                    usual = Some(shot);
                 }
-                let unseen = reference.unseen(mode.stand_in, &frame.window);
-                Ok(ModeView::of(figures, drawn, &classes, &unseen))
-            });
-            let modes = modes.collect::<Result<Vec<ModeView>, Stopped>>()?;
+            }
             (self.context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, self.frames.len() as u64);
-            Ok(modes)
+            Ok((modes, usual.map(|shot| (reference, shot))))
         };
-        in_batches(self.frames.iter().collect(), one)
+        let (modes, kept): (Vec<_>, Vec<_>) = in_batches(self.frames.iter().collect(), one)?.into_iter().unzip();
+        Ok((modes, kept.into_iter().flatten().collect()))
     }
 
-    fn judged(&self, reference: &Reference, stand_in: &'a dyn StandIn, frame: &CropWindow) -> Result<Judged, Stopped> {
+    fn judged(
+        &self,
+        reference: &Reference,
+        stand_in: &'a dyn StandIn,
+        frame: &CropWindow,
+    ) -> Result<Judged<'a>, Stopped> {
         let backs = stand_in.back_facing(&frame.window, self.drawing())?;
         let shot = self.shot(stand_in, &frame.window)?;
         let classes = reference.classes(&shot);
         let figures = reference.measure(&shot, &classes, frame, backs);
-        Ok(Judged { figures, classes, drawn: shot.drawn.drawn.unwrap_or_default() })
+        Ok(Judged { figures, classes, shot })
     }
 
-    /// FLIP for the views in `flips`, and the pictures that are wanted.
+    /// FLIP for the views in `flips`, and the pictures that are wanted. `kept`: all views, or none, which are then drawn again.
     fn look(
         &self,
+        kept: Vec<Pair>,
         flips: &[usize],
         wanted: &[Wanted],
         caption: &(impl Fn(&Wanted) -> Caption + Sync),
@@ -356,10 +370,16 @@ impl<'a> Judge<'a> {
         let views: BTreeSet<usize> = flips.iter().copied().chain(wanted.iter().map(|w| w.view)).collect();
         let one = |i: usize| {
             let frame = &self.frames[i];
-            let (reference, stand_in) =
-                (self.reference(&frame.window)?, self.shot(self.modes[0].stand_in, &frame.window)?);
+            let again;
+            let (reference, stand_in) = match kept.get(i) {
+                Some(pair) => pair,
+                None => {
+                    again = (self.reference(&frame.window)?, self.shot(self.modes[0].stand_in, &frame.window)?);
+                    &again
+                }
+            };
             let picture = |w: &Wanted| {
-                let (picture, panels) = sheet(&reference, &stand_in, w.focus, &caption(w));
+                let (picture, panels) = sheet(reference, stand_in, w.focus, &caption(w));
                 (w.name.to_owned(), picture, panels)
             };
             Ok(Retake {

@@ -131,7 +131,7 @@ fn only_what_depends_on_a_change_runs() {
 
     // Selected, but behind the wall: what looks at the scene itself sees that nothing changed.
     site.place(Yard { hidden: 0.5, ..YARD });
-    assert_eq!(site.ran(&[]), ["load", "cell", "select", "slices", "evaluate"]);
+    assert_eq!(site.ran(&[]), ["load", "cell", "select", "slices", "ceiling", "evaluate"]);
 
     // In sight: meshes of other objects are taken from the cache.
     site.place(Yard { seen: -5.5, ..YARD });
