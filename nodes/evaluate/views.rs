@@ -69,6 +69,8 @@ pub struct Params {
     pub shading: Shading,
     /// The bound in pixels where no `bound` is connected.
     pub assumed_bound: f64,
+    /// Whether it is no error that no view shows the original, as with an object that is less than a pixel: nothing of it can differ then.
+    pub may_be_unseen: bool,
     /// Name of the stand-in in the certificate.
     pub name: String,
 }
@@ -83,6 +85,7 @@ impl Default for Params {
             samples: 4,
             shading: Shading::Auto,
             assumed_bound: 1.0,
+            may_be_unseen: false,
             name: String::new(),
         }
     }
@@ -109,9 +112,9 @@ ports! {
     pub struct Out {
         /// The certificate, JSON.
         certificate: Arc<File>,
-        /// Original, stand-in and difference side by side, PNG: the view of median PSNR (`typical`) and the worst of each
+        /// None where nothing is seen. Original, stand-in and difference side by side, PNG: the view of median PSNR (`typical`) and the worst of each
         /// measure.
-        pictures: List<File>,
+        pictures: List<File, true>,
     }
 }
 
@@ -183,6 +186,7 @@ impl Node for Views {
             stand_in: certify::Subject { name: params.name.clone(), blake3: hash(bundle) },
             bytes: bundle.size(),
             ceiling,
+            may_be_unseen: params.may_be_unseen,
         };
         let context = certify::Context { backend: crate::nodes::backend(ctx), stop: ctx.stop, progress: ctx.progress };
         let drawn = opened.modes();

@@ -79,11 +79,15 @@ mod tests {
     use super::*;
     use crate::{
         engine::plan::File,
-        formats::{GlbOptions, Limits, write_glb},
-        nodes::{contents::Contents, testing::run},
+        formats::{self, GlbOptions, Limits, write_glb},
+        math::{Aabb, Stop},
+        nodes::{contents::Contents, testing::run, values},
+        raster::{Cpu, Geometry},
         runtime::{self, Opened},
         scene::builtin,
+        sprite::{Direction, Layout, Packed, Peeling, Repair, peel},
     };
+    use glam::DVec3;
     use std::{collections::BTreeMap, path::Path};
 
     fn bundle(scene: &Scene) -> Arc<Bundle> {
@@ -118,6 +122,62 @@ mod tests {
         let triangles = |k: usize| car.objects[k].triangle_count() as u64;
         let all = car.triangle_count() as u64 + 2 * triangles(0) + triangles(1) + triangles(2);
         assert_eq!(opened.modes()[0].1.size().triangles, all);
+    }
+
+    /// The sprite of the box as a bundle.
+    fn sprite(bounds: &Aabb) -> Arc<Bundle> {
+        use super::super::sprite;
+        let solid = builtin::closed_box(bounds);
+        let direction = Direction::new(DVec3::NEG_Y).unwrap();
+        let how = Peeling { resolution: 64, samples: 1, repair: Repair::None };
+        let peeled = peel(&Cpu, &Geometry::new(&solid), &direction, &how, &Stop::default()).unwrap();
+        let packed = Packed::new(&peeled.image, Layout::Raw).unwrap();
+        let sprite = Arc::new(values::Sprite { packed, frame: peeled.frame });
+        run::<sprite::Sprite>(&sprite::Params::default(), sprite::In { sprite }).0.unwrap().bundle
+    }
+
+    #[test]
+    fn a_sprite_clips_the_meshes() {
+        let car = builtin::make("car", 1).unwrap();
+        let half = Aabb { min: car.bounds().min - 1.0, max: car.bounds().max + DVec3::new(1.0, -0.7, 1.0) };
+        let part = |k: usize| Arc::new(Scene { objects: vec![car.objects[k].clone()] });
+        let make = |scene, meshes, volume| {
+            let inputs = In { scene, meshes, volume, whole: None, objects: None };
+            run::<MixObjects>(&Params::default(), inputs).0.map(|out| out.bundle)
+        };
+        let all = || List(vec![("a".to_owned(), Arc::new(car.clone())), ("b".to_owned(), part(0))]);
+        let mix = make(Some(part(0)), Some(all()), Some(sprite(&half))).unwrap();
+        let opened = runtime::open(Path::new(mix.main()), &Contents(&mix), &Limits::default()).unwrap();
+        let Opened::Mix(parts) = &opened else { panic!("a mix") };
+        assert!(matches!(parts[..], [Opened::Clipped(_)]));
+        let first = car.objects[0].triangle_count() as u64;
+        assert_eq!(opened.modes()[0].1.size().triangles, car.triangle_count() as u64 + 2 * first);
+        // Objects of one name are told apart in the file.
+        let scene = formats::from_glb(
+            Path::new("scene.glb"),
+            Arc::new(mix.files()["scene.glb"].bytes.clone()),
+            &Limits::default(),
+        )
+        .unwrap();
+        let names: BTreeSet<&str> = scene.objects.iter().map(|o| &*o.name).collect();
+        assert_eq!(names.len(), car.objects.len() + 2);
+        assert!(names.contains(&*format!("b {}", car.objects[0].name)), "{names:?}");
+
+        let nothing = make(None, None, Some(sprite(&half)));
+        assert!(nothing.is_err_and(|e| e.to_string().contains("there is no scene that it clips")));
+        // Only meshes can be clipped, and only by sprites.
+        let changed = |from: &str, to: &str| {
+            let mut files = mix.files().clone();
+            let text = String::from_utf8(files["mix.json"].bytes.clone()).unwrap();
+            assert!(text.contains(from));
+            files.get_mut("mix.json").unwrap().bytes = text.replace(from, to).into_bytes();
+            let bundle = Bundle::new("mix.json", files).unwrap();
+            runtime::open(Path::new("mix.json"), &Contents(&bundle), &Limits::default()).err().unwrap().to_string()
+        };
+        let error = changed("\"main\": \"scene.glb\"", "\"main\": \"volume/vds.json\"");
+        assert!(error.contains("a sprite clips meshes"), "{error}");
+        let error = changed("volume/vds.json", "scene.glb");
+        assert!(error.contains("`scene.glb` is no depth sprite"), "{error}");
     }
 
     #[test]

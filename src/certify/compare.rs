@@ -41,6 +41,8 @@ pub struct Options {
     pub bytes: u64,
     /// What the mesh before simplification reaches, see [`ceiling`].
     pub ceiling: Option<Ceiling>,
+    /// An original that no view shows is no error: nothing of it can differ.
+    pub may_be_unseen: bool,
 }
 
 /// What a comparison gives.
@@ -114,7 +116,7 @@ pub fn ceiling(
     check(original, &modes, viewing, bound_px)?;
     let geometry = Geometry::new(original);
     let judge = Judge::new(original, &geometry, &modes, region, viewing, bound_px, context)?;
-    let figures = first_mode(&judge.measure(false)?.0)?;
+    let figures = first_mode(&judge.measure(false)?.0, false)?;
     Ok(Ceiling {
         triangles: mesh.triangle_count() as u64,
         views: figures.len() as u32,
@@ -141,7 +143,7 @@ pub fn compare(
     let judge = Judge::new(original, &geometry, modes, region, viewing, bound.value, context)?;
     let (views, band_px) = (&judge.views, judge.band_px());
     let (measured, kept) = judge.measure(judge.frames.len() <= FLIP_VIEWS)?;
-    let figures = first_mode(&measured)?;
+    let figures = first_mode(&measured, options.may_be_unseen)?;
     let named = modes.iter().enumerate().filter(|(_, m)| !m.name.is_empty());
     let of_modes = named
         .map(|(k, m)| (m.name.clone(), ModeFigures::of(&measured.iter().map(|v| v[k]).collect::<Vec<_>>())))
@@ -235,10 +237,13 @@ fn check(original: &Scene, modes: &[Mode], viewing: &Viewing, bound_px: f64) -> 
     Ok(())
 }
 
-/// The figures of the first mode in every view; an error where the original or the stand-in is seen in none.
-fn first_mode(measured: &[Vec<ModeView>]) -> Result<Vec<ViewFigures>, CompareError> {
+/// The figures of the first mode in every view; an error where the stand-in is seen in none, or the original unless that may be.
+fn first_mode(measured: &[Vec<ModeView>], may_be_unseen: bool) -> Result<Vec<ViewFigures>, CompareError> {
     let figures: Vec<ViewFigures> = measured.iter().map(|modes| modes[0].figures).collect();
     if figures.iter().all(|f| f.counts.covered == 0) {
+        if may_be_unseen {
+            return Ok(figures);
+        }
         return Err(CompareError::Unseen("original", figures.len()));
     }
     if figures.iter().all(|f| f.counts.missing_everywhere()) {

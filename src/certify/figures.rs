@@ -1,6 +1,7 @@
 //! The figures of a stand-in over all its views, rounded as they stand in the certificate.
 
 use super::{classes::ClassCounts, measure::ViewFigures};
+use crate::image::measure::PSNR_CAP_DB;
 use serde::{Deserialize, Serialize};
 
 /// Decimals of a ratio of pixels: a single pixel of a hundred million shows.
@@ -96,14 +97,14 @@ pub struct Figures {
 impl Figures {
     /// `views` is not empty.
     pub fn of(views: &[ViewFigures], band_px: u32) -> Self {
-        let least = |places, values: &mut dyn Iterator<Item = f64>| {
+        let least = |places, best: f64, values: &mut dyn Iterator<Item = f64>| {
             let (mut sum, mut count, mut min) = (0.0, 0_u32, f64::INFINITY);
             for v in values {
                 (sum, count, min) = (sum + v, count + 1, min.min(v));
             }
             // Nothing was seen, and so nothing differs.
             if count == 0 {
-                return MeanMin { mean: 0.0, min: 0.0 };
+                return MeanMin { mean: best, min: best };
             }
             MeanMin { mean: rounded(sum / f64::from(count), places), min: rounded(min, places) }
         };
@@ -123,10 +124,10 @@ impl Figures {
         let cracks = sum(&|v| v.counts.crack);
         let (outside, inside) = (|v: &ViewFigures| v.counts.outside, |v: &ViewFigures| v.counts.inside);
         Self {
-            psnr_y_db: least(3, &mut views.iter().map(|v| v.psnr)),
-            psnr_y_object_db: least(3, &mut views.iter().filter_map(|v| v.psnr_object)),
-            ssim: least(5, &mut views.iter().map(|v| v.ssim)),
-            ssim_object: least(5, &mut views.iter().filter_map(|v| v.ssim_object)),
+            psnr_y_db: least(3, PSNR_CAP_DB, &mut views.iter().map(|v| v.psnr)),
+            psnr_y_object_db: least(3, PSNR_CAP_DB, &mut views.iter().filter_map(|v| v.psnr_object)),
+            ssim: least(5, 1.0, &mut views.iter().map(|v| v.ssim)),
+            ssim_object: least(5, 1.0, &mut views.iter().filter_map(|v| v.ssim_object)),
             missing_px: class(&outside, |c| c.missing),
             extra_px: class(&outside, |c| c.extra),
             wrong_surface_px: class(&outside, |c| c.wrong_surface),

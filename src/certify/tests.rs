@@ -64,6 +64,7 @@ fn options(bound: f64) -> Options {
         stand_in: Subject { name: String::new(), blake3: String::new() },
         bytes: 0,
         ceiling: None,
+        may_be_unseen: false,
     }
 }
 
@@ -96,6 +97,27 @@ fn judge(original: &Scene, stand_in: &Scene, bound: f64) -> Certificate {
 /// Pixels that a metre at the wall spans, about.
 fn px_per_metre() -> f64 {
     160.0 / (2.0 * libm::tan(22.5_f64.to_radians()) * 20.0)
+}
+
+#[test]
+fn of_what_no_view_shows_nothing_differs() {
+    let context = Context { backend: &Cpu, stop: &Stop::default(), progress: &|_, _| {} };
+    // Less than a hundredth of a pixel, between pixel centres.
+    let speck = |size| scene(vec![wall("speck", Vec3::new(0.013, 0.017, -400.0), size, |_, _| true)]);
+    let (original, stand_in) = (speck(1e-5), speck(2e-5));
+    let strict = compared(&original, &stand_in, None, &options(2.0), context).unwrap_err();
+    assert!(strict.to_string().contains("the original is seen from none of the 9 views"), "{strict}");
+    let lenient = Options { may_be_unseen: true, ..options(2.0) };
+    let c = compared(&original, &stand_in, None, &lenient, context).unwrap().certificate;
+    assert_eq!(c.verdict, Verdict::Indistinguishable);
+    assert_eq!(
+        (c.figures.covered_px.max, c.figures.psnr_y_object_db.min, c.figures.ssim_object.min),
+        (0.0, 100.0, 1.0)
+    );
+    // What is shown where nothing was is an error of its own.
+    let large = scene(vec![wall("wall", PLACE, SIDE, |_, _| true)]);
+    let c = compared(&original, &large, None, &lenient, context).unwrap().certificate;
+    assert_eq!(c.verdict, Verdict::Failed);
 }
 
 #[test]

@@ -147,6 +147,7 @@ pub fn run(args: &Args) -> Done {
             },
             bytes: bytes.len() as u64,
             ceiling,
+            may_be_unseen: false,
         };
         certify::compare(&original, &modes, &region, &options, context)
     });
