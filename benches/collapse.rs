@@ -5,7 +5,10 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use farfield::{
     math::Stop,
-    nodes::collapse::{voxel_cover, voxel_quadric},
+    nodes::collapse::{
+        voxel_cover::{self, Goal, Silhouette},
+        voxel_quadric,
+    },
     view,
     voxel::{self, VoxelMesh, cover_mesh::cover_meshes},
 };
@@ -23,7 +26,8 @@ fn meshes(width: u32, layers: u32, houses: u32) -> Vec<VoxelMesh> {
 
 fn collapse(meshes: &[VoxelMesh]) -> Vec<VoxelMesh> {
     let stop = Stop::default();
-    meshes.iter().map(|m| voxel_cover::simplify(m, 2.0, &stop).expect("nobody stops it")).collect()
+    let goal = Goal { factor: 2.0, silhouette: Silhouette::Geometry };
+    meshes.iter().map(|m| voxel_cover::simplify(m, goal, &stop).expect("nobody stops it")).collect()
 }
 
 fn simplify(meshes: &[VoxelMesh], counts: &[usize]) -> usize {

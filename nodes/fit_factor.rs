@@ -2,6 +2,7 @@
 
 use super::{
     collapse::voxel_cover::{
+        Silhouette,
         fit::{FACTORS, fit},
         node::unfit,
     },
@@ -23,6 +24,8 @@ use std::sync::Arc;
 pub struct Params {
     /// Triangles of all meshes together; 0: no target, `collapse` takes its own `factor`.
     pub triangles: u32,
+    /// How `collapse` shows outlines.
+    pub silhouette: Silhouette,
 }
 
 ports! {
@@ -43,7 +46,7 @@ pub struct FitFactor;
 
 impl Node for FitFactor {
     const KIND: &'static str = "fit-factor";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -57,7 +60,7 @@ impl Node for FitFactor {
         let meshes: Vec<&VoxelMesh> = inputs.meshes.0.iter().map(|(_, m)| &**m).collect();
         let factor = match params.triangles as usize {
             0 => None,
-            target => Some(fit(&meshes, target, FACTORS, ctx.stop).map_err(unfit)?.factor),
+            target => Some(fit(&meshes, target, FACTORS, params.silhouette, ctx.stop).map_err(unfit)?.factor),
         };
         Ok(Out { factor: Arc::new(Factor(factor)) })
     }

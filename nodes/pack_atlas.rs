@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Packs the charts of all meshes into texture pages. Everything on one page becomes one object with one unlit material, and so one
-/// draw call; with normal maps the material is lit.
+/// draw call; with normal maps the material is lit. A page with a transparent texel is masked at an alpha of one half, others are opaque.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
@@ -52,7 +52,7 @@ pub struct PackAtlas;
 
 impl Node for PackAtlas {
     const KIND: &'static str = "pack-atlas";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     type Params = Params;
     type In = In;
     type Out = Out;

@@ -34,7 +34,8 @@ pub struct Params {
     /// Field of view of these images, degrees, more than 0 and less than 180.
     #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 180.0, "x-unit" = "degrees"))]
     pub fov: f64,
-    /// Samples per voxel, 1, 4 or 16: a voxel is filled if any sample is covered; its colour is the mean of the covered samples.
+    /// Samples per voxel, 1, 4 or 16: a voxel is filled if any sample is covered; its colour is the mean of the covered samples,
+    /// and their share is what `resample` cuts outlines by.
     /// With 4 a silhouette lies a quarter of a pixel outside the true one on average, which balances the covering mesh, which lies
     /// inside its voxels. 1 loses thin parts (ropes, lamp posts), 16 thickens them.
     pub samples: u32,
@@ -77,7 +78,7 @@ pub struct RenderSlices;
 
 impl Node for RenderSlices {
     const KIND: &'static str = "render-slices";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
     type Params = Params;
     type In = In;
     type Out = Out;

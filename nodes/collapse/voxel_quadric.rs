@@ -149,6 +149,7 @@ pub fn simplify(mesh: &VoxelMesh, target: Target, factor: f64, stop: &Stop) -> R
         cover: cover.into(),
         voxels: Array::clone(&mesh.voxels),
         factor,
+        alpha: false,
     })
 }
 

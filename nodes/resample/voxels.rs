@@ -15,7 +15,8 @@ use std::sync::Arc;
 
 /// Textures a simplified mesh from the voxels that it covers, and puts its vertices to their places in the world
 /// (Jeschke and Wimmer 2002, sections 7 and 8). Texels lie on the world-space faces, so an ordinary renderer with
-/// perspective correction shows them where the voxels were.
+/// perspective correction shows them where the voxels were. Where the mesh was simplified with `silhouette = "alpha"`, a texel's alpha is the share of
+/// the surface that the viewer's ray meets: 255 inside of it, 0 beyond its ends.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
@@ -63,7 +64,7 @@ pub struct Voxels;
 impl Node for Voxels {
     const KIND: &'static str = "resample";
     const METHOD: &'static str = "voxels";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Params = Params;
     type In = In;
     type Out = Out;

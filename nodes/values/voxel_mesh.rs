@@ -7,11 +7,12 @@ use crate::{
 
 impl Artifact for VoxelMesh {
     const TYPE: &'static str = "VoxelMesh";
-    const FORMAT: u32 = 1;
+    const FORMAT: u32 = 2;
 
     fn encode(&self, out: &mut Encoder) {
         out.array("frustum", &[self.frustum]);
         out.array("factor", &[self.factor]);
+        out.array("alpha", &[u32::from(self.alpha)]);
         out.array("vertices", &self.vertices);
         out.array("flags", &self.flags);
         out.array("faces", &self.faces);
@@ -28,6 +29,11 @@ impl Artifact for VoxelMesh {
         single("frustum", frustum.len())?;
         let factor = data.array::<f64>("factor")?;
         single("factor", factor.len())?;
+        let alpha = data.array::<u32>("alpha")?;
+        single("alpha", alpha.len())?;
+        if alpha[0] > 1 {
+            return Err(DecodeError::section("alpha", format!("expected 0 or 1, found {}", alpha[0])));
+        }
         let mesh = Self {
             frustum: frustum[0],
             vertices: data.array("vertices")?,
@@ -37,6 +43,7 @@ impl Artifact for VoxelMesh {
             cover: data.array("cover")?,
             voxels: data.array("voxels")?,
             factor: factor[0],
+            alpha: alpha[0] == 1,
         };
         mesh.validate().map_err(|(section, what)| DecodeError::section(section, what))?;
         Ok(mesh)
@@ -63,6 +70,7 @@ mod tests {
             cover: vec![0].into(),
             voxels: vec![Voxel::zeroed()].into(),
             factor: 2.0,
+            alpha: false,
         }
     }
 

@@ -11,7 +11,7 @@ use super::pack::{AtlasSlot, Packing, pack};
 use crate::{
     math::{Stop, Stopped},
     mesh::ChartedMesh,
-    scene::{Image, Material, Mesh, Object, Part, Scene, Texture},
+    scene::{Alpha, Image, Material, Mesh, Object, Part, Scene, Texture},
 };
 use glam::{DVec3, Mat4, Vec3};
 use std::sync::Arc;
@@ -136,6 +136,7 @@ impl Pages<'_> {
             Texture::clamped(Arc::new(Image { name, width, height, texels: texels.into() }))
         };
         let color = self.texels(page, stop, |_, mesh, i| mesh.color[i])?;
+        let cut = color.iter().any(|t| t[3] < 255);
         let normal = if normals {
             let flat = self.texels(page, stop, |chart, mesh, i| tangent_space(&frames[chart], mesh.normal[i]))?;
             Some(image(format!("{name} normals"), flat))
@@ -149,6 +150,7 @@ impl Pages<'_> {
             roughness: 1.0,
             unlit: normal.is_none(),
             normal_texture: normal,
+            alpha: if cut { Alpha::Mask { cutoff: 0.5 } } else { Alpha::Opaque },
             // From the cell's corners the back of a steep face can be seen, and its colours are right there too.
             double_sided: true,
             ..Material::default()

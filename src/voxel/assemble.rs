@@ -91,6 +91,7 @@ pub(super) fn assemble(
             cover: cover.into(),
             voxels: members.iter().map(|v| field.voxels[*v as usize]).collect(),
             factor: 0.0,
+            alpha: false,
         };
         meshes.push((name, mesh));
     }

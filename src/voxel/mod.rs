@@ -4,12 +4,14 @@
 //! number, 0 the nearest. One step of a layer and one pixel have the same length there (section 4.3).
 
 pub mod assemble;
+pub mod columns;
 pub mod cover_mesh;
 pub mod field_scene;
 pub mod frusta;
 pub mod lattice;
 pub mod layers;
 pub mod near;
+pub mod outline;
 pub mod overlap;
 pub mod reproject;
 pub mod resample;
@@ -99,7 +101,7 @@ pub struct Voxel {
     /// Bit [`Side`] is set where the neighbour on that side of the layer lies deeper among what is hidden than this voxel:
     /// nothing that is seen faces it.
     pub inside: u8,
-    /// sRGB colour, alpha 255.
+    /// sRGB colour; the fourth is the share of the pixel's samples in which its surface lies, 255: all.
     pub color: [u8; 4],
     /// Unit normal in world space, octahedral, scaled to ±32767; (0, 0, 1) where unknown.
     pub normal: [i16; 2],
@@ -136,6 +138,8 @@ pub struct VoxelMesh {
     pub voxels: Array<Voxel>,
     /// By which factor the voxel boxes were enlarged when the mesh was simplified (section 6); 0: not simplified.
     pub factor: f64,
+    /// Whether its outline is cut by alpha: boundaries may lie outside of the surface then.
+    pub alpha: bool,
 }
 
 #[cfg(test)]

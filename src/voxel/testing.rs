@@ -68,6 +68,7 @@ pub fn mesh(vertices: Vec<[i32; 3]>, faces: Vec<[u32; 3]>, places: impl IntoIter
         cover: cover.into(),
         voxels: voxels.into(),
         factor: 2.0,
+        alpha: false,
     }
 }
 

@@ -58,6 +58,11 @@ pub struct Toucher {
 impl Toucher {
     /// `half`: half side of the boxes, quarter units.
     pub fn new(corners: [Point; 3], half: f64) -> Self {
+        Self::oblong(corners, [half; 3])
+    }
+
+    /// `half`: half sides of the boxes, quarter units.
+    pub fn oblong(corners: [Point; 3], half: Point) -> Self {
         let [a, b, c] = corners;
         let n = normal(a, b, c);
         let area = n.map(f64::abs);
@@ -73,16 +78,16 @@ impl Toucher {
             let edge = |i: usize| {
                 let (s, e) = (corners[i], corners[(i + 1) % 3]);
                 let (p, q) = (-(e[v] - s[v]) * sign, (e[u] - s[u]) * sign);
-                [p, q, half * (p.abs() + q.abs()) - p * s[u] - q * s[v]]
+                [p, q, half[u] * p.abs() + half[v] * q.abs() - p * s[u] - q * s[v]]
             };
             (u, v, [edge(0), edge(1), edge(2)])
         });
         Self {
-            low: std::array::from_fn(|i| a[i].min(b[i]).min(c[i]) - half),
-            high: std::array::from_fn(|i| a[i].max(b[i]).max(c[i]) + half),
+            low: std::array::from_fn(|i| a[i].min(b[i]).min(c[i]) - half[i]),
+            high: std::array::from_fn(|i| a[i].max(b[i]).max(c[i]) + half[i]),
             normal: n,
             offset: dot(n, a),
-            reach: half * (area[0] + area[1] + area[2]),
+            reach: half[0] * area[0] + half[1] * area[1] + half[2] * area[2],
             edges,
         }
     }
@@ -104,9 +109,14 @@ impl Toucher {
 
 /// The part of the segment a–b, as parameters from 0 to 1, that lies in the box around `c`; `None` where they are apart.
 pub fn interval(a: Point, b: Point, c: &Point, half: f64) -> Option<(f64, f64)> {
+    interval_oblong(a, b, c, [half; 3])
+}
+
+/// [`interval`] of a box with half sides of its own along each axis.
+pub fn interval_oblong(a: Point, b: Point, c: &Point, half: Point) -> Option<(f64, f64)> {
     let (mut from, mut to) = (0.0f64, 1.0f64);
     for i in 0..3 {
-        let (d, low, high) = (b[i] - a[i], c[i] - half - a[i], c[i] + half - a[i]);
+        let (d, low, high) = (b[i] - a[i], c[i] - half[i] - a[i], c[i] + half[i] - a[i]);
         if d == 0.0 {
             if low > 0.0 || high < 0.0 {
                 return None;

@@ -21,6 +21,8 @@ pub struct Surface {
     pub changed: Vec<u32>,
     /// Counts what was done.
     pub clock: u32,
+    /// Whether alpha cuts outlines: boundaries may run out of the surface then.
+    pub alpha: bool,
     pub scratch: Scratch,
 }
 
@@ -87,7 +89,7 @@ impl Surface {
     }
 
     /// How far moving `a` onto `b` leaves the surface: squared distances of `b` from the planes of the faces around `a`, times
-    /// their areas, and from the lines of its boundary edges, times their lengths.
+    /// their areas, and from the lines of its boundary edges, times their lengths, unless alpha cuts the outline.
     fn cost(&self, a: u32, b: u32) -> f64 {
         let topology = &self.topology;
         let (here, there) = (self.points[a as usize], self.points[b as usize]);
@@ -103,10 +105,10 @@ impl Surface {
             let n = normal(p, q, r);
             let distance = dot(n, sub(there, p));
             sum += distance * distance / (2.0 * dot(n, n).sqrt());
-            if topology.opposite[prev(c) as usize] == NONE {
+            if !self.alpha && topology.opposite[prev(c) as usize] == NONE {
                 sum += from_line(topology.at(next(c)));
             }
-            if topology.opposite[next(c) as usize] == NONE {
+            if !self.alpha && topology.opposite[next(c) as usize] == NONE {
                 sum += from_line(topology.at(prev(c)));
             }
             c = topology.turn(c);
@@ -182,7 +184,10 @@ impl Surface {
         }
         let to = self.points[b as usize];
         let fresh = s.ring_a.iter().filter(|x| **x != b && !s.ring_b.contains(x));
-        let edges_hold = fresh.copied().all(|x| self.cover.holds_edge(self.points[x as usize], to));
+        let edges_hold = fresh.copied().all(|x| {
+            let outer = self.topology.is_boundary(x) || self.topology.is_boundary(b);
+            self.cover.holds(self.points[x as usize], to, outer)
+        });
         let Link::Closes(x) = s.link else { return edges_hold };
         edges_hold && self.cover.holds_face([a, b, x].map(|v| self.points[v as usize]))
     }

@@ -5,19 +5,32 @@
 
 use crate::voxel::{
     Voxel,
-    touch::{self, Point, Toucher, cover_unit, interval},
+    touch::{self, Point, Toucher, cover_unit, interval_oblong},
 };
 
 /// Most faces that one replacement may make; masks are one word.
 pub const MOST_FACES: usize = 64;
 
+/// What a voxel demands of the faces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Demand {
+    /// It may be uncovered.
+    Nothing,
+    /// To be touched within its enlarged box.
+    Touch,
+    /// Likewise; the surface ends there, so that it had better be covered as the cell's centre sees it.
+    End,
+}
+
 pub struct Cover {
     /// Voxel centres, quarter units.
     centres: Vec<Point>,
-    /// Whether each may not be uncovered.
-    visible: Vec<bool>,
+    /// What each demands.
+    demands: Vec<Demand>,
     /// Half side of the enlarged boxes, quarter units.
     half: f64,
+    /// How much farther to the sides of the boxes an edge at a boundary may run, quarter units: alpha cuts it there.
+    skirt: f64,
     /// Per face: where its list begins in `arena` and how long it is.
     lists: Vec<(u32, u32)>,
     arena: Vec<u32>,
@@ -32,7 +45,8 @@ pub struct Cover {
 }
 
 impl Cover {
-    pub fn new(voxels: &[Voxel], half: f64, starts: &[u32], arena: Vec<u32>) -> Self {
+    pub fn new(voxels: &[Voxel], demands: Vec<Demand>, boxes: Boxes, starts: &[u32], arena: Vec<u32>) -> Self {
+        let Boxes { half, skirt } = boxes;
         let mut count = vec![0; voxels.len()];
         for v in &arena {
             count[*v as usize] += 1;
@@ -41,8 +55,9 @@ impl Cover {
         let within = vec![0; voxels.len()];
         Self {
             centres: voxels.iter().map(touch::centre).collect(),
-            visible: voxels.iter().map(|v| v.ring == 0).collect(),
+            demands,
             half,
+            skirt,
             lists,
             arena,
             count,
@@ -81,19 +96,30 @@ impl Cover {
         self.voxels.len()
     }
 
-    /// Centres of the collected visible voxels.
-    pub fn collected(&self) -> impl Iterator<Item = &Point> {
-        self.voxels.iter().filter(|v| self.visible[**v as usize]).map(|v| &self.centres[*v as usize])
+    /// Centres of the collected voxels that demand something, and what.
+    pub fn collected(&self) -> impl Iterator<Item = (&Point, Demand)> {
+        let all = self.voxels.iter().map(|v| (&self.centres[*v as usize], self.demands[*v as usize]));
+        all.filter(|(_, demand)| *demand != Demand::Nothing)
     }
 
     /// Whether the collected voxels' boxes hold the whole edge a–b (figure 14).
     pub fn holds_edge(&mut self, a: Point, b: Point) -> bool {
+        self.holds_within(a, b, [self.half; 3])
+    }
+
+    /// [`Cover::holds_edge`], where an edge that ends at a boundary (`outer`) may run farther out to the sides.
+    pub fn holds(&mut self, a: Point, b: Point, outer: bool) -> bool {
+        let side = self.half + if outer { self.skirt } else { 0.0 };
+        self.holds_within(a, b, [side, side, self.half])
+    }
+
+    fn holds_within(&mut self, a: Point, b: Point, half: Point) -> bool {
         self.intervals.clear();
         let [low, high] = [f64::min, f64::max].map(|f| -> Point { std::array::from_fn(|i| f(a[i], b[i])) });
         for v in &self.voxels {
             let c = &self.centres[*v as usize];
-            if (0..3).all(|i| low[i] - self.half <= c[i] && c[i] <= high[i] + self.half) {
-                self.intervals.extend(interval(a, b, c, self.half));
+            if (0..3).all(|i| low[i] - half[i] <= c[i] && c[i] <= high[i] + half[i]) {
+                self.intervals.extend(interval_oblong(a, b, c, half));
             }
         }
         cover_unit(&mut self.intervals)
@@ -202,7 +228,7 @@ impl Cover {
 
     /// Whether the collected voxel is visible and covered by old faces only.
     fn is_needed(&self, v: u32) -> bool {
-        self.visible[v as usize] && self.count[v as usize] == self.within[v as usize]
+        self.demands[v as usize] != Demand::Nothing && self.count[v as usize] == self.within[v as usize]
     }
 
     /// The visible ones of the collected voxels that no face but the old ones covers.
@@ -249,6 +275,15 @@ impl Cover {
         }
         self.arena = arena;
     }
+}
+
+/// How far boxes reach, quarter units.
+#[derive(Clone, Copy, Debug)]
+pub struct Boxes {
+    /// Half side of a voxel's enlarged box.
+    pub half: f64,
+    /// See [`Cover::holds`].
+    pub skirt: f64,
 }
 
 /// Whether one of the faces touches the box around `c`. `last`: which one did last time; boxes come in runs.

@@ -1,6 +1,6 @@
 //! The factor that meets a number of triangles.
 
-use super::simplify;
+use super::{Goal, Silhouette, simplify};
 use crate::{
     math::{Stop, Stopped},
     voxel::VoxelMesh,
@@ -34,11 +34,18 @@ pub enum FitError {
 
 /// The smallest factor with which `meshes` have at most `target` triangles together, to one step, by bisection. The number of
 /// triangles falls with the factor but for a few per cent; what is returned meets the target whatever lies between.
-pub fn fit(meshes: &[&VoxelMesh], target: usize, factors: RangeInclusive<f64>, stop: &Stop) -> Result<Fit, FitError> {
+pub fn fit(
+    meshes: &[&VoxelMesh],
+    target: usize,
+    factors: RangeInclusive<f64>,
+    silhouette: Silhouette,
+    stop: &Stop,
+) -> Result<Fit, FitError> {
     let (least, most) = (*factors.start(), *factors.end());
     let with = |step: u32| -> Result<Fit, Stopped> {
         let factor = (least + f64::from(step) * STEP).min(most);
-        let meshes = meshes.par_iter().map(|m| simplify(m, factor, stop)).collect::<Result<_, _>>()?;
+        let meshes =
+            meshes.par_iter().map(|m| simplify(m, Goal { factor, silhouette }, stop)).collect::<Result<_, _>>()?;
         Ok(Fit { factor, meshes })
     };
     let count = |fit: &Fit| fit.meshes.iter().map(|m| m.faces.len()).sum::<usize>();
@@ -81,28 +88,35 @@ mod tests {
     fn a_target_is_met_with_about_the_smallest_factor() {
         let all = skyline();
         let all: Vec<&VoxelMesh> = all.iter().collect();
-        let with = |factor| all.iter().map(|m| simplify(m, factor, &Stop::default()).unwrap()).collect::<Vec<_>>();
+        let with = |factor| {
+            all.iter()
+                .map(|m| simplify(m, Goal { factor, silhouette: Silhouette::Geometry }, &Stop::default()).unwrap())
+                .collect::<Vec<_>>()
+        };
         let target = faces(&with(2.0));
-        let found = fit(&all, target, 1.0..=8.0, &Stop::default()).unwrap();
+        let found = fit(&all, target, 1.0..=8.0, Silhouette::Geometry, &Stop::default()).unwrap();
         assert!(faces(&found.meshes) <= target && found.factor <= 2.0, "{} faces", faces(&found.meshes));
         // They are what that factor makes, and say so: the error bound follows.
         assert_eq!(found.meshes, with(found.factor));
         assert!(found.meshes.iter().all(|m| m.factor == found.factor));
         let again = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        assert_eq!(again.install(|| fit(&all, target, 1.0..=8.0, &Stop::default())).unwrap().meshes, found.meshes);
+        assert_eq!(
+            again.install(|| fit(&all, target, 1.0..=8.0, Silhouette::Geometry, &Stop::default())).unwrap().meshes,
+            found.meshes
+        );
         // Anything is enough for the smallest.
-        assert_eq!(fit(&all, usize::MAX, 1.0..=8.0, &Stop::default()).unwrap().factor, 1.0);
+        assert_eq!(fit(&all, usize::MAX, 1.0..=8.0, Silhouette::Geometry, &Stop::default()).unwrap().factor, 1.0);
     }
 
     #[test]
     fn what_cannot_be_reached_names_what_can() {
         let all = skyline();
         let all: Vec<&VoxelMesh> = all.iter().collect();
-        let least = match fit(&all, 1, 1.0..=3.0, &Stop::default()) {
+        let least = match fit(&all, 1, 1.0..=3.0, Silhouette::Alpha, &Stop::default()) {
             Err(FitError::Unreachable { target: 1, most: 3.0, least }) => least,
             other => panic!("{:?}", other.map(|f| f.factor)),
         };
-        let found = fit(&all, least, 1.0..=3.0, &Stop::default()).unwrap();
+        let found = fit(&all, least, 1.0..=3.0, Silhouette::Alpha, &Stop::default()).unwrap();
         assert!(faces(&found.meshes) <= least);
     }
 }

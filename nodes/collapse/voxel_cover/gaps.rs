@@ -3,7 +3,8 @@
 //! Boundaries that face each other across a slit may each keep their tolerance and still let the eye through. So the result is
 //! looked at: seen from another place of the view cell, layers move against each other by up to a pixel a layer
 //! (section 4.1), which makes the picture in voxel space a shear. Both the voxels and the faces are drawn under shears of up to half
-//! of that, and where faces miss the inside of a surface, its voxels are reported.
+//! of that, and where faces miss the inside of a surface, its voxels are reported. Where alpha cuts outlines, a face in front may be transparent:
+//! then only one that lies near the surface shows it.
 
 use super::shear::{draw, under_all};
 use crate::{
@@ -17,9 +18,9 @@ const SHEARS: [f64; 7] = [-0.5, -0.35, -0.2, 0.0, 0.2, 0.35, 0.5];
 const BEHIND: f32 = 2.5;
 
 /// Numbers of the visible voxels that `faces` leave bare, ascending.
-pub fn bare(voxels: &[Voxel], faces: &[[Point; 3]], stop: &Stop) -> Result<Vec<u32>, Stopped> {
+pub fn bare(voxels: &[Voxel], faces: &[[Point; 3]], alpha: bool, stop: &Stop) -> Result<Vec<u32>, Stopped> {
     let Some(frame) = VoxelBounds::around(voxels) else { return Ok(Vec::new()) };
-    let found = under_all(&SHEARS, stop, |shear| frame.bare(shear, voxels, faces))?;
+    let found = under_all(&SHEARS, stop, |shear| frame.bare(shear, voxels, faces, alpha))?;
     let mut all = found.concat();
     all.sort_unstable();
     all.dedup();
@@ -44,7 +45,7 @@ impl VoxelBounds {
         frame
     }
 
-    fn bare(&self, shear: [f64; 2], voxels: &[Voxel], faces: &[[Point; 3]]) -> Vec<u32> {
+    fn bare(&self, shear: [f64; 2], voxels: &[Voxel], faces: &[[Point; 3]], alpha: bool) -> Vec<u32> {
         let shift = |axis: usize, layer: i32| (shear[axis] * f64::from(layer - self.low[2]) + 0.5).floor() as i32;
         let ends = |axis: usize| [shift(axis, self.low[2]), shift(axis, self.high[2])];
         // A margin of one pixel.
@@ -60,25 +61,33 @@ impl VoxelBounds {
             // Voxels are sorted by layer: the last written is the nearest.
             nearest[y * width + x] = n as u32 + 1;
         }
-        let mut depth = vec![f32::INFINITY; width * height];
+        let layer = |i: usize| nearest[i].checked_sub(1).map_or(f32::INFINITY, |n| f32::from(voxels[n as usize].layer));
+        // From and to which layer a face shows what is seen at a pixel: over its neighbours too, so that one there is inside a surface.
+        let mut shows = vec![[f32::INFINITY, f32::NEG_INFINITY]; width * height];
+        for y in 1..height - 1 {
+            for x in 1..width - 1 {
+                let i = y * width + x;
+                let around = [i - width - 1, i - 1, i + width - 1].into_iter().flat_map(|j| j..j + 3).map(layer);
+                let [low, high] = around.fold([f32::INFINITY, 0.0], |[a, b], l| [a.min(l), b.max(l)]);
+                shows[i] = [if alpha { low - BEHIND } else { f32::NEG_INFINITY }, high + BEHIND];
+            }
+        }
+        let mut shown = vec![false; width * height];
         let base = 4.0 * f64::from(self.low[2]);
         for face in faces {
             let corners = face.map(|p| {
                 let moved = |i: usize| (p[i] + shear[i] * (p[2] - base)) / 4.0 - f64::from(origin[i]) - 0.5;
                 [moved(0), moved(1), p[2] / 4.0]
             });
-            draw(corners, width, height, |i, z| depth[i] = depth[i].min(z));
+            draw(corners, width, height, |i, z| shown[i] |= shows[i][0] <= z && z <= shows[i][1]);
         }
-        let layer = |i: usize| nearest[i].checked_sub(1).map_or(f32::INFINITY, |n| f32::from(voxels[n as usize].layer));
         let mut bare = Vec::new();
         for y in 1..height - 1 {
             for x in 1..width - 1 {
                 let i = y * width + x;
-                if depth[i] <= layer(i) + BEHIND {
-                    continue;
-                }
-                let around = [i - width - 1, i - 1, i + width - 1].into_iter().flat_map(|j| j..j + 3);
-                if depth[i] > around.clone().map(layer).fold(0.0, f32::max) + BEHIND {
+                // Beside empty pixels no surface is whole.
+                if !shown[i] && shows[i][1] < f32::INFINITY {
+                    let around = [i - width - 1, i - 1, i + width - 1].into_iter().flat_map(|j| j..j + 3);
                     bare.extend(around.map(|j| nearest[j] - 1));
                 }
             }
@@ -107,7 +116,7 @@ mod tests {
     #[test]
     fn a_whole_surface_is_not_bare() {
         let (voxels, faces) = plane();
-        assert_eq!(bare(&voxels, &faces, &Stop::default()).unwrap(), Vec::<u32>::new());
+        assert_eq!(bare(&voxels, &faces, false, &Stop::default()).unwrap(), Vec::<u32>::new());
     }
 
     #[test]
@@ -116,13 +125,13 @@ mod tests {
         let left_of = |limit: f64, t: &[Point; 3]| t.iter().all(|p| p[0] <= limit);
         let hole = |t: &[Point; 3]| t.iter().all(|p| (40.0..=52.0).contains(&p[0]) && (36.0..=44.0).contains(&p[1]));
         let with_hole: Vec<_> = faces.iter().filter(|t| !hole(t)).copied().collect();
-        let found = bare(&voxels, &with_hole, &Stop::default()).unwrap();
+        let found = bare(&voxels, &with_hole, false, &Stop::default()).unwrap();
         assert!(!found.is_empty());
         let near = |v: &Voxel| (9..=14).contains(&v.x) && (8..=12).contains(&v.y);
         assert!(found.iter().all(|v| near(&voxels[*v as usize])));
         let last = voxels.iter().map(|v| v.x).max().unwrap();
         let drawn_back: Vec<_> = faces.iter().filter(|t| left_of(4.0 * f64::from(last), t)).copied().collect();
         assert!(drawn_back.len() < faces.len());
-        assert_eq!(bare(&voxels, &drawn_back, &Stop::default()).unwrap(), Vec::<u32>::new());
+        assert_eq!(bare(&voxels, &drawn_back, false, &Stop::default()).unwrap(), Vec::<u32>::new());
     }
 }

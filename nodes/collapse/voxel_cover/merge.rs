@@ -52,6 +52,7 @@ impl Surface {
         ring.sort_unstable();
         ring.dedup();
         self.cover.collect(faces.iter().copied());
+        let open = self.topology.is_boundary(a) || self.topology.is_boundary(b);
         let mut new = Vec::with_capacity(kept.len());
         let ends = [self.points[a as usize], self.points[b as usize]];
         for place in ends.into_iter().flat_map(|p| around(p, STRIDE)) {
@@ -68,7 +69,10 @@ impl Surface {
             });
             if turned
                 || !self.cover.keeps(&new)
-                || !ring.iter().all(|v| self.cover.holds_edge(self.points[*v as usize], place))
+                || !ring.iter().all(|v| {
+                    let outer = open || self.topology.is_boundary(*v);
+                    self.cover.holds(self.points[*v as usize], place, outer)
+                })
             {
                 continue;
             }

@@ -12,6 +12,9 @@
 //! move to a third place (`merge`). In the end each vertex moves to where the surface fits best (`settle`). Then the result is
 //! looked at from all over the cell: faces that nobody sees go (`unseen`), what is left is simplified again, and gaps are looked
 //! for and patched (`gaps`, `patch`). All pass the same test.
+//!
+//! Where alpha cuts outlines ([`Silhouette::Alpha`]), a boundary is free to run up to two voxels out of the boxes to the sides, its
+//! shape costs nothing, voxels of which no more than a trace is seen may be uncovered, and settling draws faces out over the surface's ends.
 
 mod close;
 mod contract;
@@ -37,52 +40,99 @@ pub use node::VoxelCover;
 use crate::{
     array::Array,
     math::{Stop, Stopped},
-    voxel::{VoxelMesh, touch},
+    voxel::{
+        Voxel, VoxelMesh,
+        columns::Columns,
+        outline::{self, Outline, Run},
+        touch,
+    },
 };
 use contract::Surface;
-use cover::Cover;
+use cover::{Boxes, Cover, Demand};
 use queue::{Entry, Queue, Rank};
 use remove::Triangulations;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use topology::{Topology, next, prev};
 use unseen::without_unseen;
 
-/// How often the result is looked at, simplified once more and patched.
-const ROUNDS: usize = 2;
+/// How outlines are shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Silhouette {
+    /// Faces run out over the surface's ends, and the texture's alpha cuts them there: finer outlines and fewer triangles, but single pixels may show
+    /// through. For consumers with an alpha test.
+    Alpha,
+    /// Faces end where the surface ends, textures are opaque.
+    #[default]
+    Geometry,
+}
 
-/// Simplifies `mesh`; boxes of voxels are enlarged by `factor` (at least 1).
-pub fn simplify(mesh: &VoxelMesh, factor: f64, stop: &Stop) -> Result<VoxelMesh, Stopped> {
-    simplify_in_steps(mesh, factor, stop, &|_, _| {})
+impl Silhouette {
+    /// How often the result is looked at, simplified once more and patched. Boundaries that may run out settle farther each time.
+    fn rounds(self) -> u64 {
+        match self {
+            Self::Alpha => 4,
+            Self::Geometry => 2,
+        }
+    }
+}
+
+/// What a mesh is simplified to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal {
+    /// How boxes of voxels are enlarged, at least 1.
+    pub factor: f64,
+    pub silhouette: Silhouette,
+}
+
+impl Goal {
+    /// How far out of their boxes boundaries may run, quarter units: two voxels.
+    fn skirt(&self) -> f64 {
+        match self.silhouette {
+            Silhouette::Alpha => 8.0,
+            Silhouette::Geometry => 0.0,
+        }
+    }
+}
+
+/// Simplifies `mesh`.
+pub fn simplify(mesh: &VoxelMesh, goal: Goal, stop: &Stop) -> Result<VoxelMesh, Stopped> {
+    simplify_in_steps(mesh, goal, stop, &|_, _| {})
 }
 
 /// [`simplify`] that tells after each step how many of how many are done.
 pub fn simplify_in_steps(
     mesh: &VoxelMesh,
-    factor: f64,
+    goal: Goal,
     stop: &Stop,
     progress: &dyn Fn(u64, u64),
 ) -> Result<VoxelMesh, Stopped> {
-    const STEPS: u64 = 1 + 2 * ROUNDS as u64;
-    let mut simple = reduce(mesh, factor, stop)?;
-    progress(1, STEPS);
-    for round in 0..ROUNDS as u64 {
-        simple = reduce(&without_unseen(&simple, stop)?, factor, stop)?;
-        progress(2 + 2 * round, STEPS);
-        patch::patch(mesh, &mut simple, factor, stop)?;
-        progress(3 + 2 * round, STEPS);
+    let rounds = goal.silhouette.rounds();
+    let steps = 1 + 2 * rounds;
+    let mut simple = reduce(mesh, goal, stop)?;
+    progress(1, steps);
+    for round in 0..rounds {
+        simple = reduce(&without_unseen(&simple, stop)?, goal, stop)?;
+        progress(2 + 2 * round, steps);
+        patch::patch(mesh, &mut simple, goal, stop)?;
+        progress(3 + 2 * round, steps);
     }
     Ok(simple)
 }
 
 /// Simplifies without looking for gaps.
-fn reduce(mesh: &VoxelMesh, factor: f64, stop: &Stop) -> Result<VoxelMesh, Stopped> {
+fn reduce(mesh: &VoxelMesh, goal: Goal, stop: &Stop) -> Result<VoxelMesh, Stopped> {
+    let boxes = Boxes { half: 2.0 * goal.factor, skirt: goal.skirt() };
     let mut surface = Surface {
         topology: Topology::new(mesh.vertices.len(), &mesh.faces),
-        cover: Cover::new(&mesh.voxels, 2.0 * factor, &mesh.cover_start, mesh.cover.to_vec()),
+        cover: Cover::new(&mesh.voxels, demands(mesh, goal), boxes, &mesh.cover_start, mesh.cover.to_vec()),
         points: mesh.vertices.iter().map(|v| touch::point(*v)).collect(),
         locked: mesh.flags.iter().map(|f| f & 1 == 1).collect(),
         changed: vec![1; mesh.vertices.len()],
         clock: 1,
-        bounds: bounds(mesh),
+        bounds: bounds(mesh, goal.skirt()),
+        alpha: goal.silhouette == Silhouette::Alpha,
         scratch: Default::default(),
     };
     surface.fill_notches(stop)?;
@@ -106,17 +156,35 @@ fn reduce(mesh: &VoxelMesh, factor: f64, stop: &Stop) -> Result<VoxelMesh, Stopp
         }
     }
     surface.settle(stop)?;
-    Ok(gather(&surface, mesh, factor))
+    Ok(gather(&surface, mesh, goal))
 }
 
-/// Box around the mesh's vertices, quarter units.
-fn bounds(mesh: &VoxelMesh) -> [touch::Point; 2] {
+/// What every voxel demands. Hidden ones nothing; where alpha cuts outlines, those neither of which no more than a trace is seen.
+fn demands(mesh: &VoxelMesh, goal: Goal) -> Vec<Demand> {
+    if goal.silhouette == Silhouette::Geometry {
+        return mesh.voxels.iter().map(|v| if v.ring == 0 { Demand::Touch } else { Demand::Nothing }).collect();
+    }
+    let outline = Outline::new(&Columns::new(&mesh.voxels, 0..mesh.voxels.len() as u32), None);
+    let demand = |(run, v): (&Run, &Voxel)| match (outline::counts(run, v), run.open) {
+        (false, _) => Demand::Nothing,
+        (true, false) => Demand::Touch,
+        (true, true) => Demand::End,
+    };
+    outline.runs.iter().zip(mesh.voxels.iter()).map(demand).collect()
+}
+
+/// Box around the mesh's vertices, and `skirt` beyond it to the sides, quarter units.
+fn bounds(mesh: &VoxelMesh, skirt: f64) -> [touch::Point; 2] {
     let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
     for p in mesh.vertices.iter().map(|v| touch::point(*v)) {
         for i in 0..3 {
             bounds[0][i] = bounds[0][i].min(p[i]);
             bounds[1][i] = bounds[1][i].max(p[i]);
         }
+    }
+    for i in 0..2 {
+        bounds[0][i] -= skirt;
+        bounds[1][i] += skirt;
     }
     bounds
 }
@@ -202,7 +270,7 @@ fn merges(surface: &mut Surface, since: u32, stop: &Stop) -> Result<(), Stopped>
 }
 
 /// The living faces as a mesh of their own.
-fn gather(surface: &Surface, mesh: &VoxelMesh, factor: f64) -> VoxelMesh {
+fn gather(surface: &Surface, mesh: &VoxelMesh, goal: Goal) -> VoxelMesh {
     let topology = &surface.topology;
     let mut number = vec![u32::MAX; surface.points.len()];
     let (mut vertices, mut flags, mut faces) = (Vec::new(), Vec::new(), Vec::new());
@@ -231,6 +299,7 @@ fn gather(surface: &Surface, mesh: &VoxelMesh, factor: f64) -> VoxelMesh {
         cover_start: cover_start.into(),
         cover: cover.into(),
         voxels: Array::clone(&mesh.voxels),
-        factor,
+        factor: goal.factor,
+        alpha: goal.silhouette == Silhouette::Alpha,
     }
 }

@@ -1,6 +1,7 @@
 //! The node: parameters and ports.
 
 use super::{
+    Goal, Silhouette,
     fit::{FACTORS, FitError, fit},
     simplify_in_steps,
 };
@@ -28,11 +29,13 @@ pub struct Params {
     /// meshes together connect `fit-factor` (in `tdm` the knob `triangles`).
     #[schemars(range(min = 1))]
     pub triangles: Option<u32>,
+    /// How outlines are shown.
+    pub silhouette: Silhouette,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { factor: 2.0, triangles: None }
+        Self { factor: 2.0, triangles: None, silhouette: Silhouette::default() }
     }
 }
 
@@ -65,7 +68,7 @@ pub struct VoxelCover;
 impl Node for VoxelCover {
     const KIND: &'static str = "collapse";
     const METHOD: &'static str = "voxel-cover";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     type Params = Params;
     type In = In;
     type Out = Out;
@@ -79,9 +82,12 @@ impl Node for VoxelCover {
         let mesh = &*inputs.mesh;
         let factor = inputs.fitted.and_then(|f| f.0).unwrap_or(params.factor);
         let mesh = match params.triangles {
-            None => simplify_in_steps(mesh, factor, ctx.stop, &ctx.progress)?,
+            None => {
+                let goal = Goal { factor, silhouette: params.silhouette };
+                simplify_in_steps(mesh, goal, ctx.stop, &ctx.progress)?
+            }
             Some(target) => {
-                let fitted = fit(&[mesh], target as usize, FACTORS, ctx.stop).map_err(unfit)?;
+                let fitted = fit(&[mesh], target as usize, FACTORS, params.silhouette, ctx.stop).map_err(unfit)?;
                 fitted.meshes.into_iter().next().unwrap_or_default()
             }
         };

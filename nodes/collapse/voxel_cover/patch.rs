@@ -3,7 +3,7 @@
 //! Where the simplified mesh leaves voxels bare, the faces of the initial mesh around them are simplified once more, by
 //! themselves, and added. A patch lies within the same tolerance as everything else.
 
-use super::{drop::neighbours, gaps::bare, reduce};
+use super::{Goal, Silhouette, drop::neighbours, gaps::bare, reduce};
 use crate::{
     math::{Stop, Stopped},
     voxel::{Voxel, VoxelMesh, assemble::split_bow_ties},
@@ -11,16 +11,16 @@ use crate::{
 use std::collections::BTreeSet;
 
 /// Adds to `simple`, which stands for `mesh`, patches over what it leaves bare.
-pub fn patch(mesh: &VoxelMesh, simple: &mut VoxelMesh, factor: f64, stop: &Stop) -> Result<(), Stopped> {
+pub fn patch(mesh: &VoxelMesh, simple: &mut VoxelMesh, goal: Goal, stop: &Stop) -> Result<(), Stopped> {
     let faces: Vec<_> = (0..simple.faces.len()).map(|f| simple.triangle(f)).collect();
-    let bare = bare(&mesh.voxels, &faces, stop)?;
+    let bare = bare(&mesh.voxels, &faces, goal.silhouette == Silhouette::Alpha, stop)?;
     if bare.is_empty() {
         return Ok(());
     }
     let near: BTreeSet<u32> = bare.iter().flat_map(|v| neighbours(&mesh.voxels, *v)).collect();
     let around = |f: usize| mesh.covered_by(f).iter().any(|v| near.contains(v));
     let part = select(mesh, &near.iter().copied().collect::<Vec<_>>(), around, stop)?;
-    append(simple, &reduce(&part, factor, stop)?);
+    append(simple, &reduce(&part, goal, stop)?);
     Ok(())
 }
 
@@ -62,6 +62,7 @@ pub fn select(
         cover: cover.into(),
         voxels: voxels.iter().map(|v| mesh.voxels[*v as usize]).collect(),
         factor: mesh.factor,
+        alpha: mesh.alpha,
     })
 }
 

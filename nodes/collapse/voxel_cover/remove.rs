@@ -78,7 +78,8 @@ impl Surface {
             return false;
         }
         // The side that closes the hole of a boundary vertex is a new boundary edge.
-        if boundary && (self.are_neighbours(ring[n - 1], ring[0]) || !self.cover.holds_edge(points[n - 1], points[0])) {
+        if boundary && (self.are_neighbours(ring[n - 1], ring[0]) || !self.cover.holds(points[n - 1], points[0], true))
+        {
             return false;
         }
         let squared = |i: u8, j: u8| {
@@ -107,7 +108,10 @@ impl Surface {
                     let free = |p: usize, q: usize| q == p + 1 || !self.are_neighbours(ring[p], ring[q]);
                     let ok = agrees(corners, steep) && free(i, j) && free(j, k) && (closes || free(i, k));
                     let old = |p: usize, q: usize| q == p + 1 || (p, q) == (0, n - 1);
-                    let mut holds = |p: usize, q: usize| old(p, q) || self.cover.holds_edge(points[p], points[q]);
+                    let mut holds = |p: usize, q: usize| {
+                        let outer = [p, q].iter().any(|k| self.topology.is_boundary(ring[*k]));
+                        old(p, q) || self.cover.holds(points[p], points[q], outer)
+                    };
                     let ok = ok && holds(i, j) && holds(j, k) && holds(i, k);
                     *slot = if ok { Known::Touches(self.cover.touched(corners, &needed)) } else { Known::Forbidden };
                 }

@@ -6,7 +6,7 @@
 
 use super::{
     contract::{Surface, keeps_side},
-    cover::any_touches,
+    cover::{Demand, any_touches},
     merge::around,
 };
 use crate::{
@@ -19,6 +19,10 @@ use rayon::prelude::*;
 const STRIDES: [f64; 2] = [3.0, 1.0];
 /// Most voxels that the faces around a vertex are compared by.
 const SAMPLES: usize = 256;
+/// What a bare end of the surface counts more than a voxel that is not touched.
+const BARE_END: usize = 4;
+/// Half sides of the box around a voxel's centre that a face must touch to cover it: a quarter pixel, and a layer.
+const CENTRE: Point = [1.0, 1.0, 4.0];
 /// Rounds over all vertices with one stride.
 const ROUNDS: usize = 2;
 
@@ -58,6 +62,7 @@ impl Surface {
             let corners = faces.iter().map(|f| s.topology.corners(*f));
             corners.map(|c| c.map(|u| if u == v { place } else { s.points[u as usize] })).collect()
         };
+        let open = self.topology.is_boundary(v);
         let old = moved(self, here);
         let loose = self.cover.loose(&old, usize::MAX);
         let places: Vec<Point> = around(here, stride).skip(1).filter(|p| self.in_bounds(*p)).collect();
@@ -71,7 +76,10 @@ impl Surface {
             let new = moved(self, place);
             if old.iter().zip(&new).all(|(o, n)| keeps_side(*o, *n))
                 && self.cover.keeps(&new)
-                && ring.iter().all(|u| self.cover.holds_edge(self.points[*u as usize], place))
+                && ring.iter().all(|u| {
+                    let outer = open || self.topology.is_boundary(*u);
+                    self.cover.holds(self.points[*u as usize], place, outer)
+                })
             {
                 self.cover.replace(faces.iter().copied(), &faces);
                 self.points[v as usize] = place;
@@ -84,10 +92,21 @@ impl Surface {
 
 impl super::cover::Cover {
     /// How many of a sample of the collected visible voxels the faces do not touch within boxes that are not enlarged; `most`
-    /// stands for anything more.
+    /// stands for anything more. Where the surface ends and the faces leave the voxel's centre bare, it counts [`BARE_END`] times more.
     fn loose(&self, faces: &[[Point; 3]], most: usize) -> usize {
         let touchers: Vec<Toucher> = faces.iter().map(|f| Toucher::new(*f, 2.0)).collect();
-        let (mut last, every) = (0, self.collected_count().div_ceil(SAMPLES).max(1));
-        self.collected().step_by(every).filter(|c| !any_touches(&touchers, c, &mut last)).take(most).count()
+        let covering: Vec<Toucher> = faces.iter().map(|f| Toucher::oblong(*f, CENTRE)).collect();
+        let (mut last, mut last_end, mut sum) = (0, 0, 0);
+        let every = self.collected_count().div_ceil(SAMPLES).max(1);
+        for (c, demand) in self.collected().step_by(every) {
+            sum += usize::from(!any_touches(&touchers, c, &mut last));
+            if demand == Demand::End && !any_touches(&covering, c, &mut last_end) {
+                sum += BARE_END;
+            }
+            if sum >= most {
+                return most;
+            }
+        }
+        sum
     }
 }

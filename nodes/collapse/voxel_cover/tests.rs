@@ -1,6 +1,7 @@
 //! What a collapsed mesh must keep, on slopes, houses, ragged and random fields, and along seams.
 
 use super::{
+    Goal, Silhouette,
     contract::{Facing, look},
     reduce, simplify,
 };
@@ -9,8 +10,10 @@ use crate::{
     sample_fields as fields,
     voxel::{
         Across, Field, Side, Slices, VoxelMesh,
+        columns::Columns,
         cover_mesh::cover_meshes,
-        touch::{Toucher, centre, cover_unit, interval, normal, point},
+        outline::{Outline, counts},
+        touch::{Toucher, centre, cover_unit, interval, interval_oblong, normal, point},
     },
 };
 use proptest::prelude::*;
@@ -47,9 +50,13 @@ fn check_cover(m: &VoxelMesh, half: f64, what: &str) {
     }
 }
 
+fn goal(factor: f64) -> Goal {
+    Goal { factor, silhouette: Silhouette::Geometry }
+}
+
 /// Everything that the policy promises.
 fn check(before: &VoxelMesh, factor: f64) -> VoxelMesh {
-    let after = simplify(before, factor, &Stop::default()).unwrap();
+    let after = simplify(before, goal(factor), &Stop::default()).unwrap();
     after.validate().unwrap();
     assert_eq!(after.voxels, before.voxels);
     assert!(after.faces.len() <= before.faces.len());
@@ -106,8 +113,61 @@ fn random_field(size: u32, layers: u32, frustum: u32, filled: &[bool]) -> Field 
     Field { frustum, voxels: voxels.collect(), objects: vec![] }
 }
 
+/// What holds where alpha cuts outlines: every voxel of which more than a trace is seen is touched, and boundaries stay within two voxels of the
+/// boxes to the sides, and within the boxes in depth.
+fn check_alpha(before: &VoxelMesh, factor: f64) -> VoxelMesh {
+    let after = simplify(before, Goal { factor, silhouette: Silhouette::Alpha }, &Stop::default()).unwrap();
+    after.validate().unwrap();
+    assert!(after.alpha && after.voxels == before.voxels && after.faces.len() <= before.faces.len());
+    let outline = Outline::new(&Columns::new(&after.voxels, 0..after.voxels.len() as u32), None);
+    let half = 2.0 * factor;
+    let mut named = vec![false; after.voxels.len()];
+    for f in 0..after.faces.len() {
+        let [a, b, c] = after.triangle(f);
+        assert_ne!(look(normal(a, b, c)), Facing::Back, "face {f} folds over");
+        let toucher = Toucher::new(after.triangle(f), half);
+        for v in after.covered_by(f) {
+            assert!(toucher.touches(&centre(&after.voxels[*v as usize])), "face {f} names voxel {v}, but is apart");
+            named[*v as usize] = true;
+        }
+    }
+    for ((v, run), named) in after.voxels.iter().zip(&outline.runs).zip(&named) {
+        assert!(*named || !counts(run, v), "{v:?} is uncovered");
+    }
+    assert_eq!(seam(&after), seam(before), "the seam changed");
+    for (a, b) in boundary(&after).into_iter().filter(|_| half >= 3.0) {
+        let (a, b) = (point(after.vertices[a as usize]), point(after.vertices[b as usize]));
+        let tube = [half + 8.0, half + 8.0, half];
+        let mut parts: Vec<_> = after.voxels.iter().filter_map(|v| interval_oblong(a, b, &centre(v), tube)).collect();
+        assert!(cover_unit(&mut parts), "boundary edge {a:?}-{b:?} leaves the tube");
+    }
+    after
+}
+
+/// `shares` are the voxels' coverages.
+fn with_coverage(mut field: Field, shares: &[u8]) -> Field {
+    let share = |(v, c): (&crate::voxel::Voxel, &u8)| crate::voxel::Voxel {
+        color: [v.color[0], v.color[1], v.color[2], *c],
+        ..*v
+    };
+    field.voxels = field.voxels.iter().zip(shares).map(share).collect();
+    field
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
+    #[test]
+    fn outlines_cut_by_alpha_stay_in_their_tube(
+        filled in prop::collection::vec(prop::bool::weighted(0.6), 8 * 8 * 4),
+        shares in prop::collection::vec(prop::sample::select(vec![0u8, 63, 127, 191, 255]), 8 * 8 * 4),
+        factor in prop::sample::select(vec![1.0, 2.0, 3.0]),
+    ) {
+        let field = with_coverage(random_field(8, 4, 0, &filled), &shares);
+        for m in meshes(&fields::slices([8, 8], 4), &[&field]) {
+            check_alpha(&m, factor);
+        }
+    }
+
     #[test]
     fn random_fields_keep_their_cover(
         filled in prop::collection::vec(prop::bool::weighted(0.6), 8 * 8 * 4),
@@ -185,6 +245,15 @@ fn a_house_becomes_few_triangles() {
 }
 
 #[test]
+fn alpha_leaves_no_more_triangles_of_a_skyline() {
+    let solid = fields::skyline(160, 14, 10, 5);
+    let all = solid_meshes(&solid);
+    let alpha: usize = all.iter().map(|m| check_alpha(m, 2.0).faces.len()).sum();
+    let geometry: usize = all.iter().map(|m| check(m, 2.0).faces.len()).sum();
+    assert!(alpha <= geometry, "{alpha} against {geometry}");
+}
+
+#[test]
 fn a_skyline_keeps_its_cover() {
     let solid = fields::skyline(160, 14, 10, 5);
     for m in solid_meshes(&solid) {
@@ -205,7 +274,7 @@ fn a_stop_is_obeyed() {
     let stop = Stop::default();
     stop.set();
     for m in solid_meshes(&fields::skyline(120, 10, 6, 2)).iter().filter(|m| m.faces.len() > 1000) {
-        assert!(simplify(m, 2.0, &stop).is_err());
+        assert!(simplify(m, goal(2.0), &stop).is_err());
     }
 }
 
@@ -285,7 +354,7 @@ fn no_more_faces_than_the_literal_algorithm_leaves() {
     for solid in [house, slope] {
         for m in solid_meshes(&solid) {
             check(&m, 2.0);
-            let (ours, slow) = (reduce(&m, 2.0, &Stop::default()).unwrap(), literal(&m, 2.0));
+            let (ours, slow) = (reduce(&m, goal(2.0), &Stop::default()).unwrap(), literal(&m, 2.0));
             assert!(ours.faces.len() <= slow.len(), "{} against {}", ours.faces.len(), slow.len());
         }
     }

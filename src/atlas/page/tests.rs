@@ -139,3 +139,18 @@ fn normals_come_back() {
         assert!((back - world[i]).length() < 0.02, "{back} instead of {}", world[i]);
     }
 }
+
+/// A page is masked exactly if it has a transparent texel; its colours stay.
+#[test]
+fn pages_with_transparent_texels_are_masked() {
+    let opaque = mesh(&[[12, 9], [7, 7]], 40, 2.0);
+    let mut cut = opaque.clone();
+    let texels: Vec<[u8; 4]> =
+        cut.color.iter().enumerate().map(|(i, c)| [c[0], c[1], c[2], if i == 30 { 0 } else { 255 }]).collect();
+    cut.color = texels.into();
+    for (mesh, alpha) in [(opaque, Alpha::Opaque), (cut, Alpha::Mask { cutoff: 0.5 })] {
+        let scene = run(&[mesh], &Settings::default()).unwrap();
+        assert_eq!(scene.objects[0].parts[0].material.alpha, alpha);
+        assert_eq!(picture(&scene.objects[0]).texels.iter().any(|t| t[3] == 0), alpha != Alpha::Opaque);
+    }
+}

@@ -45,15 +45,15 @@ pub fn mix<'a>(of: impl IntoIterator<Item = (f64, &'a Voxel)>) -> ([u8; 4], Vec3
     let mut first = None;
     let mut alike = true;
     for (w, v) in of {
-        let first = *first.get_or_insert(v.color);
-        alike &= v.color == first;
+        let rgb = [v.color[0], v.color[1], v.color[2]];
+        alike &= rgb == *first.get_or_insert(rgb);
         let w = w as f32;
         colour += Vec3::from_array([0, 1, 2].map(|k| srgb::to_linear(v.color[k]))) * w;
         normal += octahedral(v.normal) * w;
         sum += w;
     }
     let color = match first {
-        Some([r, g, b, _]) if alike => [r, g, b, 255],
+        Some([r, g, b]) if alike => [r, g, b, 255],
         _ => {
             let [r, g, b] = (colour / sum.max(f32::MIN_POSITIVE)).to_array().map(srgb::from_linear);
             [r, g, b, 255]

@@ -16,6 +16,8 @@ pub mod rays;
 
 use super::{
     Slices, VoxelMesh,
+    columns::Columns,
+    outline::{Image, Outline},
     reproject::{MisfitError, Reprojection},
 };
 use crate::{
@@ -28,7 +30,7 @@ use glam::DVec2;
 use grid::Texel;
 use place::Space;
 use rayon::prelude::*;
-use rays::{Columns, Sight};
+use rays::Sight;
 
 /// How texels are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,10 +86,11 @@ pub fn resample(
     let space = Space::new(mesh, map);
     let margin = settings.margin.max(2);
     let charts = charts::cut(&space, 1.0 / settings.texel, margin, settings.max_size.max(16), stop)?;
-    let from = Sources {
-        nearest: Source::new(&mesh.voxels),
-        columns: Columns::new(&mesh.voxels, 0..mesh.voxels.len() as u32),
-    };
+    let frustum = space.map.frustum();
+    let image = Image { size: frustum.size, goes_on: frustum.across.map(|a| a.is_some()) };
+    let columns = Columns::new(&mesh.voxels, 0..mesh.voxels.len() as u32);
+    let outline = mesh.alpha.then(|| Outline::new(&columns, Some(image)));
+    let from = Sources { nearest: Source::new(&mesh.voxels), columns, outline };
     let textures: Vec<Texture> = charts
         .par_iter()
         .map(|chart| texture(&space, chart, &from, settings, margin, stop))
@@ -99,6 +102,8 @@ pub fn resample(
 struct Sources<'a> {
     columns: Columns<'a>,
     nearest: Source<'a>,
+    /// Where alpha cuts outlines.
+    outline: Option<Outline>,
 }
 
 /// A chart's texels, row by row.
@@ -136,11 +141,14 @@ fn texture(
             let Some((face, _)) = chart.grid.owner(at) else { continue };
             let p = space.place(face, &chart.triangle(space, face), grid::centre(at));
             sight.seen(p, settings.n > 1, &mut seen);
-            let (color, normal) = if seen.is_empty() {
+            let (mut color, normal) = if seen.is_empty() {
                 from.nearest.sample(p, weight, settings.n)
             } else {
                 colour::mix(seen.iter().map(|(w, i)| (*w, &space.mesh.voxels[*i as usize])))
             };
+            if let Some(outline) = &from.outline {
+                color[3] = sight.opacity(outline, p);
+            }
             let c = ((normal + 1.0) * 127.5).round();
             *texel = Looked { known: true, color, normal: [c.x as u8, c.y as u8, c.z as u8, 255] };
         }

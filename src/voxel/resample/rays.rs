@@ -9,72 +9,10 @@ use super::{
     colour::EPS,
     place::Space,
 };
-use crate::voxel::Voxel;
+use crate::voxel::{Voxel, columns::Columns, outline::Outline};
 use glam::{DVec2, DVec3, dvec3};
 
-/// Voxels by pixel.
-pub struct Columns<'a> {
-    voxels: &'a [Voxel],
-    /// Row of the first entry of `rows`.
-    top: u16,
-    /// First column of each row, and one past the end.
-    rows: Vec<u32>,
-    /// (x, first number), and one past the end.
-    columns: Vec<(u16, u32)>,
-    /// Numbers of voxels, by (y, x, layer).
-    numbers: Vec<u32>,
-}
-
-impl<'a> Columns<'a> {
-    /// Of those `numbers` of `voxels`, which are sorted by (layer, y, x); in any order, no two equal.
-    pub fn new(voxels: &'a [Voxel], numbers: impl IntoIterator<Item = u32>) -> Self {
-        // By y, x and number, which keeps layers in order.
-        let key = |i: u32| {
-            let v = &voxels[i as usize];
-            u64::from(v.y) << 48 | u64::from(v.x) << 32 | u64::from(i)
-        };
-        let mut keys: Vec<u64> = numbers.into_iter().map(key).collect();
-        keys.sort_unstable();
-        let numbers: Vec<u32> = keys.into_iter().map(|k| k as u32).collect();
-        let at = |i: usize| &voxels[numbers[i] as usize];
-        let top = numbers.first().map_or(0, |i| voxels[*i as usize].y);
-        let (mut rows, mut columns): (Vec<u32>, Vec<(u16, u32)>) = (Vec::new(), Vec::new());
-        for i in 0..numbers.len() {
-            let v = at(i);
-            let new_row = i == 0 || at(i - 1).y != v.y;
-            if new_row {
-                rows.resize(usize::from(v.y - top) + 1, columns.len() as u32);
-            }
-            if new_row || at(i - 1).x != v.x {
-                columns.push((v.x, i as u32));
-            }
-        }
-        rows.push(columns.len() as u32);
-        columns.push((u16::MAX, numbers.len() as u32));
-        Self { voxels, top, rows, columns, numbers }
-    }
-
-    /// Numbers of the voxels at a pixel, nearest layer first.
-    fn column(&self, x: f64, y: f64) -> &[u32] {
-        let row = y.floor() - f64::from(self.top);
-        if !(row >= 0.0 && row + 1.0 < self.rows.len() as f64) {
-            return &[];
-        }
-        let [first, end] = [self.rows[row as usize] as usize, self.rows[row as usize + 1] as usize];
-        let x = x.floor();
-        let row = &self.columns[first..end];
-        // Most rows have no gaps: there the first column's place tells the answer.
-        let guess = row.first().map_or(0.0, |c| x - f64::from(c.0)).max(0.0) as usize;
-        let at = match row.get(guess) {
-            Some(c) if f64::from(c.0) == x => first + guess,
-            _ => first + row.partition_point(|c| f64::from(c.0) < x),
-        };
-        if at == end || f64::from(self.columns[at].0) != x {
-            return &[];
-        }
-        &self.numbers[self.columns[at].1 as usize..self.columns[at + 1].1 as usize]
-    }
-
+impl Columns<'_> {
     /// The front-most voxel on a ray, a visible one if there is any. `ray` gives its pixel in a layer; layers `low` to
     /// `high` are looked at.
     fn first(&self, ray: &Ray, low: f64, high: f64) -> Option<u32> {
@@ -127,12 +65,14 @@ pub struct Tolerance {
     reach: f64,
     /// Neighbours that lie more layers apart are on another surface.
     jump: f64,
+    /// Layers from the face up to which a surface makes it opaque: what simplification leaves between them, and half a layer.
+    opaque: f64,
 }
 
 impl Tolerance {
     /// For a mesh that was simplified with boxes enlarged by `factor`.
     pub fn of(factor: f64) -> Self {
-        Self { reach: factor + 2.0, jump: factor + 1.0 }
+        Self { reach: factor + 2.0, jump: factor + 1.0, opaque: factor + 0.5 }
     }
 }
 
@@ -190,7 +130,7 @@ impl<'a> Sight<'a> {
     /// the same object that follow it layer by layer. A steep surface shows several in a pixel, all visible from somewhere in the cell: the
     /// nearer to the chart, the more they count. What begins behind an empty layer is another surface.
     fn pixel(&self, p: DVec3, here: f64, weight: f64, seen: &mut Vec<(f64, u32)>) {
-        let Tolerance { reach, jump } = self.tolerance;
+        let Tolerance { reach, jump, .. } = self.tolerance;
         let same = |i: &u32| (self.layer(*i) - here).abs() <= jump;
         let start = seen.len();
         if self.viewer.is_none() {
@@ -221,6 +161,28 @@ impl<'a> Sight<'a> {
         }
         let total: f64 = seen[start..].iter().map(|s| s.0).sum();
         seen[start..].iter_mut().for_each(|s| s.0 *= weight / total);
+    }
+
+    /// How opaque the surface is at `p`, 0 to 255: bilinear over the four nearest pixels. Where the chart is edge-on for the reference viewpoint, pixels
+    /// do not tell how much of it they show: it is opaque if a ray through one of the four meets it.
+    pub fn opacity(&self, outline: &Outline, p: DVec3) -> u8 {
+        let centre = |x: f64, y: f64| dvec3(x.floor() + 0.5, y.floor() + 0.5, p.z);
+        let around = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)].map(|(x, y)| {
+            let at = centre(p.x + x, p.y + y);
+            (at, (1.0 - (at.x - p.x).abs()) * (1.0 - (at.y - p.y).abs()))
+        });
+        let around = around.into_iter().filter(|(_, weight)| *weight > 1e-6);
+        let Some(viewer) = self.viewer else {
+            let opacity = |p: DVec3| outline.opacity(self.whole, p.x, p.y, p.z, self.tolerance.opaque);
+            return around.map(|(p, weight)| weight * f64::from(opacity(p))).sum::<f64>().round() as u8;
+        };
+        let met = |p: DVec3| {
+            let ray = Ray::Oblique(self.space, viewer, p);
+            self.whole.first(&ray, p.z - self.tolerance.reach, p.z + self.tolerance.reach)
+        };
+        let opacity = |voxel: u32| outline.runs[voxel as usize].opacity;
+        let most = around.filter_map(|(p, _)| met(p)).map(opacity).max().unwrap_or(0);
+        if most >= 128 { 255 } else { most }
     }
 
     fn layer(&self, voxel: u32) -> f64 {

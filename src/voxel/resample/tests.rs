@@ -240,3 +240,26 @@ fn hills(layers: &[u16]) -> VoxelMesh {
     let places = places.map(|[x, y]| [x + 10, y + 10, at(x / 12, y / 12)]).collect::<Vec<_>>();
     testing::mesh(vertices, faces, places)
 }
+
+/// Faces that run two pixels out over a surface's ends: seen from the centre every voxel's pixel is opaque, and nothing beyond
+/// its neighbours' middle is.
+#[test]
+fn alpha_cuts_what_runs_out_over_the_ends() {
+    let slices = testing::slices();
+    let wall = testing::wall(&slices);
+    let wide = |v: &[i32; 3]| {
+        let out = |at: i32, low: i32, high: i32| if at == low { low - 8 } else { high + 8 };
+        [out(v[0], 41, 199), out(v[1], 81, 159), v[2]]
+    };
+    let mesh = VoxelMesh { vertices: wall.vertices.iter().map(wide).collect(), alpha: true, ..wall };
+    let m = run(&mesh, &Settings::default());
+    let [w, h] = m.chart_size[0];
+    // The chart begins two pixels and its margin before the first voxel.
+    for (i, c) in m.color.iter().enumerate() {
+        let (x, y) = ((i as u32 % w) as i32 - 4, (i as u32 / w) as i32 - 4);
+        let inside = (0..40).contains(&x) && (0..20).contains(&y);
+        assert_eq!(c[3], if inside { 255 } else { 0 }, "texel {x}, {y} of {w} × {h}");
+    }
+    let opaque = run(&VoxelMesh { alpha: false, ..mesh }, &Settings::default());
+    assert!(opaque.color.iter().all(|c| c[3] == 255));
+}

@@ -17,7 +17,10 @@ use crate::{
 };
 use glam::{DVec3, Mat4};
 use proptest::prelude::*;
-use std::{collections::BTreeMap, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 /// What the literal field holds of a voxel, by (layer, y, x): colour, object, ring, inside.
 type Literal = BTreeMap<(u16, u16, u16), ([u8; 3], String, u8, u8)>;
@@ -241,6 +244,33 @@ fn scene(triangles: &[([[f32; 3]; 3], [f32; 3], bool)]) -> Scene {
     Scene { objects: triangles.iter().enumerate().map(object).collect() }
 }
 
+/// A voxel's coverage: the share of its pixel's samples that meet a surface from which layers lead to it in steps of at most three, over the
+/// layers of samples and of the pixel's voxels up to three behind the last of these.
+fn check_coverage(geometry: &Geometry, soup: &Soup, slices: &Slices, n: u32, fields: &[Field]) {
+    for (frustum, field) in slices.frusta.iter().zip(fields) {
+        let face = Face::new(geometry, soup, slices, frustum, n, &Stop::default()).unwrap();
+        let fragments = fragments(&Cpu, geometry, &face.prepared.view, &facing(slices), &Stop::default()).unwrap();
+        let slow = Slow { slices, face, fragments };
+        for v in field.voxels.iter() {
+            let here = field.voxels.iter().filter(|u| (u.x, u.y) == (v.x, v.y));
+            let mut layers: BTreeSet<u16> = here.map(|u| u.layer).collect();
+            let last = *layers.last().unwrap();
+            let of = |sample: [u32; 2]| -> Vec<u16> {
+                let met = slow.fragments.of(sample[0], sample[1]).iter().map(|f| slow.layer(f.depth));
+                met.filter(|l| *l <= last + 3).collect()
+            };
+            layers.extend(slow.face.samples_of(v.x.into(), v.y.into()).flat_map(of));
+            let mut run = BTreeSet::from([v.layer]);
+            while let Some(l) = layers.iter().find(|l| !run.contains(l) && run.iter().any(|r| r.abs_diff(**l) <= 3)) {
+                run.insert(*l);
+            }
+            let samples = slow.face.samples_of(v.x.into(), v.y.into());
+            let covered = samples.filter(|s| of(*s).iter().any(|l| run.contains(l))).count();
+            assert_eq!(usize::from(v.color[3]), covered * 255 / (n * n) as usize, "voxel {v:?}");
+        }
+    }
+}
+
 fn check(scene: &Scene, cell: &Cell, lens: &Lens, n: u32, skirt: u8) -> Option<Slices> {
     let geometry = Geometry::new(scene);
     let stop = Stop::default();
@@ -250,6 +280,7 @@ fn check(scene: &Scene, cell: &Cell, lens: &Lens, n: u32, skirt: u8) -> Option<S
     for f in &fields {
         assert_eq!(f.validate(), Ok(()));
     }
+    check_coverage(&geometry, &soup, &slices, n, &fields);
     let (ours, expect) = (as_literal(&fields), literal(scene, &geometry, &slices, n, skirt));
     for (k, (ours, expect)) in ours.iter().zip(&expect).enumerate() {
         for (key, value) in expect {

@@ -10,6 +10,9 @@ use crate::{
 use glam::Vec3;
 use rayon::prelude::*;
 
+/// Samples of a pixel whose layers differ by no more show one surface: it is steep.
+const GAP: u16 = 3;
+
 /// The object of a voxel that has no colour yet.
 const BARE: u32 = u32::MAX;
 
@@ -40,6 +43,8 @@ pub fn paint(
         let list = order.of(tile.index as usize);
         let per_voxel = (face.samples * face.samples) as usize;
         let mut samples = vec![Fragment { triangle: NOTHING, depth: f32::INFINITY }; list.len() * per_voxel];
+        let mut coverage = vec![0; list.len()];
+        let mut met: Vec<(u16, u32)> = Vec::new();
         // By pixel; within a pixel by layer, because the voxels are.
         let mut by_pixel: Vec<usize> = (0..list.len()).collect();
         let pixel = |i: usize| (voxels[list[i] as usize].y, voxels[list[i] as usize].x);
@@ -64,6 +69,28 @@ pub fn paint(
                     }
                 }
             }
+            met.clear();
+            met.extend(column.iter().map(|i| (voxels[list[*i] as usize].layer, 0)));
+            let last = met.last().map_or(0, |m| m.0);
+            for (s, [sx, sy]) in face.samples_of(x.into(), y.into()).enumerate() {
+                let mut layer = 0;
+                for f in fragments.of(tile.at(sx, sy)) {
+                    layer = layer_of(face.borders, f.depth, layer);
+                    if layer > last + GAP {
+                        break;
+                    }
+                    met.push((layer, 1 << s));
+                }
+            }
+            met.sort_unstable();
+            let mut rest = column.iter().peekable();
+            for run in met.chunk_by(|a, b| b.0 - a.0 <= GAP) {
+                let samples = run.iter().fold(0, |all, m| all | m.1).count_ones() as usize;
+                let end = run.last().map_or(0, |m| m.0);
+                while let Some(i) = rest.next_if(|i| voxels[list[**i] as usize].layer <= end) {
+                    coverage[*i] = (samples * 255 / per_voxel) as u8;
+                }
+            }
         }
         let mut facets = Facets { face, shader, last: None };
         let look = |(i, samples): (usize, &[Fragment])| {
@@ -74,7 +101,7 @@ pub fn paint(
                     mean.add(f.triangle, f.depth, &facets.at(f.triangle, at));
                 }
             }
-            mean.look(face)
+            (mean.look(face), coverage[i])
         };
         samples.chunks(per_voxel).enumerate().map(look).collect::<Vec<_>>()
     })?;
@@ -82,9 +109,10 @@ pub fn paint(
         for (i, look) in order.of(tile).iter().zip(looks) {
             let voxel = &mut voxels[*i as usize];
             match look {
-                Some(look) => look.put_on(voxel),
-                None => voxel.object = BARE,
+                (Some(look), _) => look.put_on(voxel),
+                (None, _) => voxel.object = BARE,
             }
+            voxel.color[3] = look.1;
         }
     }
     voxels.par_chunk_by_mut(|a, b| a.layer == b.layer).try_for_each(|layer| paint_bare(face, shader, layer, stop))
@@ -120,7 +148,9 @@ fn paint_bare(face: &Face, shader: &Shader, voxels: &mut [Voxel], stop: &Stop) -
         let mut mean = Mean::default();
         mean.add(number, f32::INFINITY, &facets.of(number).point(point.weights));
         if let Some(look) = mean.look(face) {
+            let coverage = voxels[*i].color[3];
             look.put_on(&mut voxels[*i]);
+            voxels[*i].color[3] = coverage;
         }
     }
     Ok(())
