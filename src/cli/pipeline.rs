@@ -32,6 +32,7 @@ pub struct PipelineArgs {
 
 impl PipelineArgs {
     /// The same with more values, which take precedence.
+    #[cfg(feature = "watch")]
     pub fn with(&self, more: &[String]) -> Self {
         Self { set: self.set.iter().chain(more).cloned().collect(), ..self.clone() }
     }
