@@ -1,11 +1,11 @@
 //! `measure-ceiling`: what no simplification of a mesh can beat.
 
 use super::{
-    evaluate::views::{Shading, check_bound, check_viewing, failed, memory, region},
+    evaluate::views::{Shading, check_bound, check_viewing, failed, memory, region, viewing},
     values::Ceiling,
 };
 use crate::{
-    certify::{self, Sampled, Sampling, Viewing},
+    certify::{self, Sampled},
     engine::node::{Ctx, Node, NodeError},
     ports,
     scene::Scene,
@@ -86,14 +86,10 @@ impl Node for MeasureCeiling {
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
         let region = region(inputs.cell, inputs.region)?;
-        let Params { views, seed, resolution, fov, samples, shading, bound } = params;
-        let viewing = Viewing {
-            sampling: Sampling { views: *views, seed: *seed, resolution: *resolution, fov: fov.to_radians() },
-            samples_per_axis: *samples,
-            shading: (*shading).into(),
-        };
+        let Params { views, seed, resolution, fov, samples, shading, bound } = *params;
+        let viewing = viewing([views, resolution, samples], seed, fov, shading);
         let context = certify::Context { backend: super::backend(ctx), stop: ctx.stop, progress: ctx.progress };
-        let ceiling = certify::ceiling(&inputs.original, &inputs.mesh, &region, &viewing, *bound, context);
+        let ceiling = certify::ceiling(&inputs.original, &inputs.mesh, &region, &viewing, bound, context);
         let sampling = serde_json::to_value(Sampled::of(&viewing, &region)).map_err(|e| NodeError::from_error(&e))?;
         Ok(Out { ceiling: Arc::new(Ceiling { sampling, ceiling: ceiling.map_err(failed)? }) })
     }

@@ -151,8 +151,7 @@ impl Node for Views {
     fn check(params: &Params) -> Result<(), (&'static str, String)> {
         let Params { views, resolution, fov, samples, assumed_bound, .. } = params;
         check_viewing(*views, *resolution, *fov, *samples)?;
-        check_bound("assumed_bound", *assumed_bound)?;
-        Ok(())
+        check_bound("assumed_bound", *assumed_bound)
     }
 
     fn run(params: &Params, inputs: In, ctx: &Ctx) -> Result<Out, NodeError> {
@@ -169,16 +168,8 @@ impl Node for Views {
             },
             |b| certify::Bound { kind: b.kind.clone(), value: b.value, unit: b.unit.clone(), held: false },
         );
-        let viewing = Viewing {
-            sampling: Sampling {
-                views: params.views,
-                seed: params.seed,
-                resolution: params.resolution,
-                fov: params.fov.to_radians(),
-            },
-            samples_per_axis: params.samples,
-            shading: params.shading.into(),
-        };
+        let Params { views, seed, resolution, fov, samples, shading, .. } = *params;
+        let viewing = viewing([views, resolution, samples], seed, fov, shading);
         let ceiling = inputs.ceiling.as_deref().map(|c| seen_alike(c, &viewing, &region)).transpose()?;
         let options = certify::Options {
             viewing,
@@ -242,6 +233,17 @@ pub(in crate::nodes) fn check_bound(name: &'static str, bound: f64) -> Result<()
         true => Ok(()),
         false => Err((name, format!("{bound}; expected more than 0 and at most 1000 pixels"))),
     }
+}
+
+/// How scenes are looked at, `fov` in degrees.
+pub(in crate::nodes) fn viewing(
+    [views, resolution, samples]: [u32; 3],
+    seed: u64,
+    fov: f64,
+    shading: Shading,
+) -> Viewing {
+    let sampling = Sampling { views, seed, resolution, fov: fov.to_radians() };
+    Viewing { sampling, samples_per_axis: samples, shading: shading.into() }
 }
 
 /// Where the viewer is: what one of the two ports says.
