@@ -8,6 +8,7 @@ pub mod columns;
 pub mod cover_mesh;
 pub mod field_scene;
 pub mod frusta;
+pub mod gaps;
 pub mod lattice;
 pub mod layers;
 pub mod near;
@@ -15,6 +16,7 @@ pub mod outline;
 pub mod overlap;
 pub mod reproject;
 pub mod resample;
+pub mod shear;
 mod sites;
 pub mod slicing;
 #[cfg(test)]

@@ -7,6 +7,7 @@
 //! runs are opaque: the centre may see a sliver where another place of the cell sees much.
 
 use super::{Voxel, columns::Columns};
+use glam::DVec3;
 
 /// Layers between the runs of neighbouring pixels up to which they touch: seen from the cell such a step is within the error that
 /// simplification makes, so that what lies behind it may be taken for the same surface, and must not show through it.
@@ -100,6 +101,16 @@ impl Outline {
             }
         }
         Self { runs }
+    }
+
+    /// [`Outline::opacity`] at `p` (x, y in pixels, z the layer), bilinear over the four nearest pixels.
+    pub fn filtered(&self, columns: &Columns, p: DVec3, reach: f64) -> u8 {
+        let opacity = |(x, y): (f64, f64)| {
+            let (x, y) = ((p.x + x).floor() + 0.5, (p.y + y).floor() + 0.5);
+            let weight = (1.0 - (x - p.x).abs()) * (1.0 - (y - p.y).abs());
+            if weight > 1e-6 { weight * f64::from(self.opacity(columns, x, y, p.z, reach)) } else { 0.0 }
+        };
+        [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)].map(opacity).iter().sum::<f64>().round() as u8
     }
 
     /// How opaque the surface is that passes a pixel near `layer`: the most of the runs within `reach` layers, or else of one that touches such a

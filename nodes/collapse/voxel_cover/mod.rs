@@ -11,7 +11,7 @@
 //! `close`), parts that others cover go (`drop`), a vertex goes together with all its faces (`remove`), and both ends of an edge
 //! move to a third place (`merge`). In the end each vertex moves to where the surface fits best (`settle`). Then the result is
 //! looked at from all over the cell: faces that nobody sees go (`unseen`), what is left is simplified again, and gaps are looked
-//! for and patched (`gaps`, `patch`). All pass the same test.
+//! for and patched (`patch`). All pass the same test.
 //!
 //! Where alpha cuts outlines ([`Silhouette::Alpha`]), a boundary is free to run up to two voxels out of the boxes to the sides, its
 //! shape costs nothing, voxels of which no more than a trace is seen may be uncovered, and settling draws faces out over the surface's ends.
@@ -21,7 +21,6 @@ mod contract;
 mod cover;
 mod drop;
 pub mod fit;
-mod gaps;
 mod merge;
 pub mod node;
 mod notch;
@@ -29,7 +28,6 @@ mod patch;
 mod queue;
 mod remove;
 mod settle;
-mod shear;
 #[cfg(test)]
 mod tests;
 mod topology;

@@ -3,10 +3,10 @@
 //! Where the simplified mesh leaves voxels bare, the faces of the initial mesh around them are simplified once more, by
 //! themselves, and added. A patch lies within the same tolerance as everything else.
 
-use super::{Goal, Silhouette, drop::neighbours, gaps::bare, reduce};
+use super::{Goal, Silhouette, drop::neighbours, reduce};
 use crate::{
     math::{Stop, Stopped},
-    voxel::{Voxel, VoxelMesh, assemble::split_bow_ties},
+    voxel::{Voxel, VoxelMesh, assemble::split_bow_ties, gaps::bare},
 };
 use std::collections::BTreeSet;
 

@@ -3,13 +3,14 @@
 //! What contractions push behind other faces is seen from nowhere, but it holds on to its neighbours. The mesh is drawn under
 //! shears; a face that is never in front goes, unless a visible voxel is covered by no other.
 
-use super::{
-    patch::select,
-    shear::{draw, under_all},
-};
+use super::patch::select;
 use crate::{
     math::{Stop, Stopped},
-    voxel::{VoxelMesh, touch::Point},
+    voxel::{
+        VoxelMesh,
+        shear::{draw, under_all},
+        touch::Point,
+    },
 };
 
 /// Shears per axis, pixels a layer. A whole pixel is reached at the image's edge only, from a corner of the cell.

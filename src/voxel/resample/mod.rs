@@ -1,7 +1,7 @@
 //! Textures for a mesh from its voxels (Jeschke and Wimmer 2002, sections 7 and 8).
 //!
 //! [`charts`] cuts the mesh into pieces, [`grid`] says which face owns a texel, [`place`] where a texel lies in voxel
-//! space, [`colour`] how it looks. The colours come from the mesh's own voxels only (the paper searches the whole
+//! space, [`colour`] how it looks, [`holes`] which texels alpha must not cut. The colours come from the mesh's own voxels only (the paper searches the whole
 //! field at borders): so an element's texture depends on nothing but that element, and what lies behind its outline
 //! does not bleed in.
 //!
@@ -11,6 +11,7 @@
 pub mod charts;
 pub mod colour;
 pub mod grid;
+pub mod holes;
 pub mod place;
 pub mod rays;
 
@@ -91,10 +92,13 @@ pub fn resample(
     let columns = Columns::new(&mesh.voxels, 0..mesh.voxels.len() as u32);
     let outline = mesh.alpha.then(|| Outline::new(&columns, Some(image)));
     let from = Sources { nearest: Source::new(&mesh.voxels), columns, outline };
-    let textures: Vec<Texture> = charts
+    let mut textures: Vec<Texture> = charts
         .par_iter()
         .map(|chart| texture(&space, chart, &from, settings, margin, stop))
         .collect::<Result<_, Stopped>>()?;
+    if let Some(outline) = &from.outline {
+        holes::close(&space, &charts, outline, &mut textures, margin, stop)?;
+    }
     Ok(assemble(&space, &charts, textures, margin, settings.normals, bound_px))
 }
 
@@ -108,6 +112,7 @@ struct Sources<'a> {
 
 /// A chart's texels, row by row.
 struct Texture {
+    width: usize,
     color: Vec<[u8; 4]>,
     normal: Vec<[u8; 4]>,
 }
@@ -147,7 +152,7 @@ fn texture(
                 colour::mix(seen.iter().map(|(w, i)| (*w, &space.mesh.voxels[*i as usize])))
             };
             if let Some(outline) = &from.outline {
-                color[3] = sight.opacity(outline, p);
+                color[3] = outline.filtered(&from.columns, p, space.mesh.factor + 0.5);
             }
             let c = ((normal + 1.0) * 127.5).round();
             *texel = Looked { known: true, color, normal: [c.x as u8, c.y as u8, c.z as u8, 255] };
@@ -158,7 +163,7 @@ fn texture(
     let color = nearest.iter().map(|i| texels[*i as usize].color).collect();
     let normal =
         if settings.normals { nearest.iter().map(|i| texels[*i as usize].normal).collect() } else { Vec::new() };
-    Ok(Texture { color, normal })
+    Ok(Texture { width, color, normal })
 }
 
 /// A texel whose colour was looked up, or will be continued from others.

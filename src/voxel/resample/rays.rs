@@ -9,7 +9,7 @@ use super::{
     colour::EPS,
     place::Space,
 };
-use crate::voxel::{Voxel, columns::Columns, outline::Outline};
+use crate::voxel::{Voxel, columns::Columns};
 use glam::{DVec2, DVec3, dvec3};
 
 impl Columns<'_> {
@@ -65,14 +65,12 @@ pub struct Tolerance {
     reach: f64,
     /// Neighbours that lie more layers apart are on another surface.
     jump: f64,
-    /// Layers from the face up to which a surface makes it opaque: what simplification leaves between them, and half a layer.
-    opaque: f64,
 }
 
 impl Tolerance {
     /// For a mesh that was simplified with boxes enlarged by `factor`.
     pub fn of(factor: f64) -> Self {
-        Self { reach: factor + 2.0, jump: factor + 1.0, opaque: factor + 0.5 }
+        Self { reach: factor + 2.0, jump: factor + 1.0 }
     }
 }
 
@@ -161,28 +159,6 @@ impl<'a> Sight<'a> {
         }
         let total: f64 = seen[start..].iter().map(|s| s.0).sum();
         seen[start..].iter_mut().for_each(|s| s.0 *= weight / total);
-    }
-
-    /// How opaque the surface is at `p`, 0 to 255: bilinear over the four nearest pixels. Where the chart is edge-on for the reference viewpoint, pixels
-    /// do not tell how much of it they show: it is opaque if a ray through one of the four meets it.
-    pub fn opacity(&self, outline: &Outline, p: DVec3) -> u8 {
-        let centre = |x: f64, y: f64| dvec3(x.floor() + 0.5, y.floor() + 0.5, p.z);
-        let around = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)].map(|(x, y)| {
-            let at = centre(p.x + x, p.y + y);
-            (at, (1.0 - (at.x - p.x).abs()) * (1.0 - (at.y - p.y).abs()))
-        });
-        let around = around.into_iter().filter(|(_, weight)| *weight > 1e-6);
-        let Some(viewer) = self.viewer else {
-            let opacity = |p: DVec3| outline.opacity(self.whole, p.x, p.y, p.z, self.tolerance.opaque);
-            return around.map(|(p, weight)| weight * f64::from(opacity(p))).sum::<f64>().round() as u8;
-        };
-        let met = |p: DVec3| {
-            let ray = Ray::Oblique(self.space, viewer, p);
-            self.whole.first(&ray, p.z - self.tolerance.reach, p.z + self.tolerance.reach)
-        };
-        let opacity = |voxel: u32| outline.runs[voxel as usize].opacity;
-        let most = around.filter_map(|(p, _)| met(p)).map(opacity).max().unwrap_or(0);
-        if most >= 128 { 255 } else { most }
     }
 
     fn layer(&self, voxel: u32) -> f64 {

@@ -1,0 +1,138 @@
+//! A last look at a mesh whose outlines alpha cuts: holes inside surfaces are closed.
+//!
+//! Alpha says where a surface ends for the cell's centre. Another place of the cell may see the same surface go on there, and would look
+//! through it. So voxels and textured faces are drawn under shears, as in [`crate::voxel::gaps`]; where a face lies at the inside of a surface and
+//! is transparent there, its texels become opaque.
+
+use super::{Texture, charts::Chart, frame, place::Space};
+use crate::{
+    math::{Stop, Stopped},
+    voxel::{
+        gaps::{Picture, VoxelBounds},
+        outline::Outline,
+        shear::under_all,
+        touch::Point,
+    },
+};
+use glam::DVec2;
+
+/// Shears per axis, pixels a layer.
+const SHEARS: [f64; 9] = [-0.6, -0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45, 0.6];
+/// The least opacity that an alpha test passes.
+const CUTOFF: f64 = 127.5;
+
+/// A place of a chart, in texels of its rectangle.
+#[derive(Clone, Copy)]
+struct Spot {
+    chart: u32,
+    at: DVec2,
+}
+
+/// A face as it is looked at.
+struct Textured {
+    corners: [Point; 3],
+    chart: u32,
+    /// Texels of the chart's rectangle.
+    uv: [DVec2; 3],
+    /// Planar depths.
+    depth: [f64; 3],
+}
+
+impl Textured {
+    /// Where a renderer that corrects perspective shows the face at a pixel of a picture, in which its corners are `seen`.
+    fn spot(&self, seen: &[Point; 3], at: [f64; 2]) -> Spot {
+        let [a, b, c] = seen.map(|p| DVec2::new(p[0], p[1]));
+        let p = DVec2::from(at);
+        let area = (b - a).perp_dot(c - a);
+        let (l1, l2) = ((p - a).perp_dot(c - a) / area, (b - a).perp_dot(p - a) / area);
+        let weight = [(1.0 - l1 - l2) / self.depth[0], l1 / self.depth[1], l2 / self.depth[2]];
+        let total: f64 = weight.iter().sum();
+        let at = (0..3).fold(DVec2::ZERO, |sum, i| sum + self.uv[i] * (weight[i] / total));
+        Spot { chart: self.chart, at }
+    }
+}
+
+/// Makes texels opaque through which the inside of a surface would be seen as a hole.
+pub(super) fn close(
+    space: &Space,
+    charts: &[Chart],
+    outline: &Outline,
+    textures: &mut [Texture],
+    margin: u32,
+    stop: &Stop,
+) -> Result<(), Stopped> {
+    let voxels = &space.mesh.voxels;
+    let Some(bounds) = VoxelBounds::around(voxels) else { return Ok(()) };
+    let faces: Vec<Textured> = (0..)
+        .zip(charts)
+        .flat_map(|(chart, c)| c.faces.iter().map(move |f| (chart, c, *f)))
+        .map(|(chart, c, f)| {
+            let origin = frame(c, margin).0;
+            let corner = DVec2::new(f64::from(origin[0]), f64::from(origin[1]));
+            Textured {
+                corners: space.mesh.triangle(f as usize),
+                chart,
+                uv: c.triangle(space, f).map(|uv| uv - corner),
+                depth: space.mesh.faces[f as usize].map(|v| space.depth(v)),
+            }
+        })
+        .collect();
+    let cut: Vec<bool> = textures.iter().map(|t| t.color.iter().any(|c| c[3] < 255)).collect();
+    let looked = &*textures;
+    let found = under_all(&SHEARS, stop, |shear| {
+        let picture = Picture::new(voxels, &bounds, shear, |n| outline.runs[n].opacity >= 128);
+        let mut shown = vec![false; picture.pixels()];
+        // The transparent place that lies nearest to the surface, and how far from it.
+        let mut holes: Vec<Option<(f32, Spot)>> = vec![None; picture.pixels()];
+        for face in &faces {
+            let seen = picture.seen(face.corners);
+            picture.draw(face.corners, |i, z| {
+                if shown[i] || !picture.is_inside(i) || !picture.shows(i, z, false) {
+                    return;
+                }
+                if !cut[face.chart as usize] {
+                    shown[i] = true;
+                    return;
+                }
+                let spot = face.spot(&seen, picture.at(i));
+                if looked[face.chart as usize].opacity(spot.at) >= CUTOFF {
+                    shown[i] = true;
+                } else if picture.shows(i, z, true) {
+                    let away = picture.away(i, z);
+                    if holes[i].is_none_or(|(other, _)| away < other) {
+                        holes[i] = Some((away, spot));
+                    }
+                }
+            });
+        }
+        let open = (0..shown.len()).filter(|i| !shown[*i]).filter_map(|i| holes[i]);
+        open.map(|(_, spot)| spot).collect::<Vec<_>>()
+    })?;
+    for spot in found.into_iter().flatten() {
+        let texture = &mut textures[spot.chart as usize];
+        for (i, _) in texture.around(spot.at) {
+            texture.color[i][3] = 255;
+        }
+    }
+    Ok(())
+}
+
+impl Texture {
+    /// The four texels that are filtered at a place, and their weights.
+    fn around(&self, at: DVec2) -> [(usize, f64); 4] {
+        let height = self.color.len() / self.width;
+        let limit = DVec2::new(self.width as f64 - 1.0, height as f64 - 1.0);
+        let at = (at - 0.5).clamp(DVec2::ZERO, limit);
+        let low = at.floor();
+        let part = at - low;
+        [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| {
+            let (x, y) = ((low.x as usize + i).min(self.width - 1), (low.y as usize + j).min(height - 1));
+            let along = |part: f64, k: usize| if k == 0 { 1.0 - part } else { part };
+            (y * self.width + x, along(part.x, i) * along(part.y, j))
+        })
+    }
+
+    fn opacity(&self, at: DVec2) -> f64 {
+        self.around(at).iter().map(|(i, weight)| weight * f64::from(self.color[*i][3])).sum()
+    }
+}
