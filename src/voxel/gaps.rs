@@ -23,12 +23,12 @@ pub fn bare(voxels: &[Voxel], faces: &[[Point; 3]], alpha: bool, stop: &Stop) ->
     let Some(bounds) = VoxelBounds::around(voxels) else { return Ok(Vec::new()) };
     let found = under_all(&SHEARS, stop, |shear| {
         let picture = Picture::new(voxels, &bounds, shear, |_| true);
-        let mut shown = vec![false; picture.surface.len()];
+        let mut shown = vec![false; picture.pixels()];
         for face in faces {
-            picture.draw(*face, |i, z| shown[i] |= picture.shows(i, z, alpha));
+            picture.draw(*face, [0.0; 2], |i, z| shown[i] |= picture.shows(i, z, alpha));
         }
-        let around = (0..shown.len()).filter(|i| !shown[*i] && picture.is_inside(*i)).flat_map(|i| picture.around(i));
-        around.map(|j| picture.nearest[j] - 1).collect::<Vec<_>>()
+        let bare = (0..shown.len()).filter(|i| !shown[*i] && picture.is_inside(*i));
+        bare.flat_map(|i| picture.around(i)).map(|j| picture.nearest[j] - 1).collect::<Vec<_>>()
     })?;
     let mut all = found.concat();
     all.sort_unstable();
@@ -72,6 +72,7 @@ pub struct Picture {
 }
 
 impl Picture {
+    /// Of those voxels that are `drawn`.
     pub fn new(voxels: &[Voxel], bounds: &VoxelBounds, shear: [f64; 2], drawn: impl Fn(usize) -> bool) -> Self {
         let VoxelBounds { low, high } = bounds;
         let shift = |axis: usize, layer: i32| (shear[axis] * f64::from(layer - low[2]) + 0.5).floor() as i32;
@@ -120,16 +121,17 @@ impl Picture {
         (low - z).max(z - high).max(0.0)
     }
 
-    /// Calls `each` with the pixels that a face covers and its layer there.
-    pub fn draw(&self, face: [Point; 3], each: impl FnMut(usize, f32)) {
-        draw(self.seen(face), self.width, self.height, each);
+    /// Calls `each` with the pixels that a face covers, looked at `offset` pixels beside their centres, and its layer there.
+    pub fn draw(&self, face: [Point; 3], offset: [f64; 2], each: impl FnMut(usize, f32)) {
+        draw(self.seen(face, offset), self.width, self.height, each);
     }
 
-    /// The corners of a face in the picture: pixels, centres at integers, and layers.
-    pub fn seen(&self, face: [Point; 3]) -> [Point; 3] {
+    /// The corners of a face in the picture: pixels, so that the places looked at are integers, and layers.
+    pub fn seen(&self, face: [Point; 3], offset: [f64; 2]) -> [Point; 3] {
         let base = 4.0 * f64::from(self.base);
         face.map(|p| {
-            let moved = |i: usize| (p[i] + self.shear[i] * (p[2] - base)) / 4.0 - f64::from(self.origin[i]) - 0.5;
+            let moved =
+                |i: usize| (p[i] + self.shear[i] * (p[2] - base)) / 4.0 - f64::from(self.origin[i]) - 0.5 - offset[i];
             [moved(0), moved(1), p[2] / 4.0]
         })
     }

@@ -108,10 +108,11 @@ pub fn simplify_in_steps(
 ) -> Result<VoxelMesh, Stopped> {
     let rounds = goal.silhouette.rounds();
     let steps = 1 + 2 * rounds;
-    let mut simple = reduce(mesh, goal, stop)?;
+    let demands = demands(mesh, goal);
+    let mut simple = reduce(mesh, &demands, goal, stop)?;
     progress(1, steps);
     for round in 0..rounds {
-        simple = reduce(&without_unseen(&simple, stop)?, goal, stop)?;
+        simple = reduce(&without_unseen(&simple, stop)?, &demands, goal, stop)?;
         progress(2 + 2 * round, steps);
         patch::patch(mesh, &mut simple, goal, stop)?;
         progress(3 + 2 * round, steps);
@@ -119,12 +120,12 @@ pub fn simplify_in_steps(
     Ok(simple)
 }
 
-/// Simplifies without looking for gaps.
-fn reduce(mesh: &VoxelMesh, goal: Goal, stop: &Stop) -> Result<VoxelMesh, Stopped> {
+/// Simplifies without looking for gaps. `demands`: those of the mesh's voxels.
+fn reduce(mesh: &VoxelMesh, demands: &[Demand], goal: Goal, stop: &Stop) -> Result<VoxelMesh, Stopped> {
     let boxes = Boxes { half: 2.0 * goal.factor, skirt: goal.skirt() };
     let mut surface = Surface {
         topology: Topology::new(mesh.vertices.len(), &mesh.faces),
-        cover: Cover::new(&mesh.voxels, demands(mesh, goal), boxes, &mesh.cover_start, mesh.cover.to_vec()),
+        cover: Cover::new(&mesh.voxels, demands.to_vec(), boxes, &mesh.cover_start, mesh.cover.to_vec()),
         points: mesh.vertices.iter().map(|v| touch::point(*v)).collect(),
         locked: mesh.flags.iter().map(|f| f & 1 == 1).collect(),
         changed: vec![1; mesh.vertices.len()],

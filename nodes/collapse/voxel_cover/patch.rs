@@ -3,7 +3,7 @@
 //! Where the simplified mesh leaves voxels bare, the faces of the initial mesh around them are simplified once more, by
 //! themselves, and added. A patch lies within the same tolerance as everything else.
 
-use super::{Goal, Silhouette, drop::neighbours, reduce};
+use super::{Goal, Silhouette, demands, drop::neighbours, reduce};
 use crate::{
     math::{Stop, Stopped},
     voxel::{Voxel, VoxelMesh, assemble::split_bow_ties, gaps::bare},
@@ -20,7 +20,8 @@ pub fn patch(mesh: &VoxelMesh, simple: &mut VoxelMesh, goal: Goal, stop: &Stop) 
     let near: BTreeSet<u32> = bare.iter().flat_map(|v| neighbours(&mesh.voxels, *v)).collect();
     let around = |f: usize| mesh.covered_by(f).iter().any(|v| near.contains(v));
     let part = select(mesh, &near.iter().copied().collect::<Vec<_>>(), around, stop)?;
-    append(simple, &reduce(&part, goal, stop)?);
+    // The patch ends where its voxels do: it had better cover those.
+    append(simple, &reduce(&part, &demands(&part, goal), goal, stop)?);
     Ok(())
 }
 

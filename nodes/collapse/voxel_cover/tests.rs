@@ -354,7 +354,8 @@ fn no_more_faces_than_the_literal_algorithm_leaves() {
     for solid in [house, slope] {
         for m in solid_meshes(&solid) {
             check(&m, 2.0);
-            let (ours, slow) = (reduce(&m, goal(2.0), &Stop::default()).unwrap(), literal(&m, 2.0));
+            let (ours, slow) =
+                (reduce(&m, &demands(&m, goal(2.0)), goal(2.0), &Stop::default()).unwrap(), literal(&m, 2.0));
             assert!(ours.faces.len() <= slow.len(), "{} against {}", ours.faces.len(), slow.len());
         }
     }

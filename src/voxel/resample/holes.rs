@@ -1,7 +1,7 @@
 //! A last look at a mesh whose outlines alpha cuts: holes inside surfaces are closed.
 //!
 //! Alpha says where a surface ends for the cell's centre. Another place of the cell may see the same surface go on there, and would look
-//! through it. So voxels and textured faces are drawn under shears, as in [`crate::voxel::gaps`]; where a face lies at the inside of a surface and
+//! through it. So opaque voxels and textured faces are drawn under shears, as in [`crate::voxel::gaps`]; where a face lies at the inside of a surface and
 //! is transparent there, its texels become opaque.
 
 use super::{Texture, charts::Chart, frame, place::Space};
@@ -17,7 +17,9 @@ use crate::{
 use glam::DVec2;
 
 /// Shears per axis, pixels a layer.
-const SHEARS: [f64; 9] = [-0.6, -0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45, 0.6];
+const SHEARS: [f64; 9] = [-0.75, -0.5625, -0.375, -0.1875, 0.0, 0.1875, 0.375, 0.5625, 0.75];
+/// Where pixels are looked at, beside their centres: gaps narrower than a pixel show between them.
+const OFFSETS: [[f64; 2]; 4] = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];
 /// The least opacity that an alpha test passes.
 const CUTOFF: f64 = 127.5;
 
@@ -80,33 +82,36 @@ pub(super) fn close(
     let cut: Vec<bool> = textures.iter().map(|t| t.color.iter().any(|c| c[3] < 255)).collect();
     let looked = &*textures;
     let found = under_all(&SHEARS, stop, |shear| {
-        let picture = Picture::new(voxels, &bounds, shear, |n| outline.runs[n].opacity >= 128);
-        let mut shown = vec![false; picture.pixels()];
-        // The transparent place that lies nearest to the surface, and how far from it.
-        let mut holes: Vec<Option<(f32, Spot)>> = vec![None; picture.pixels()];
-        for face in &faces {
-            let seen = picture.seen(face.corners);
-            picture.draw(face.corners, |i, z| {
-                if shown[i] || !picture.is_inside(i) || !picture.shows(i, z, false) {
-                    return;
-                }
-                if !cut[face.chart as usize] {
-                    shown[i] = true;
-                    return;
-                }
-                let spot = face.spot(&seen, picture.at(i));
-                if looked[face.chart as usize].opacity(spot.at) >= CUTOFF {
-                    shown[i] = true;
-                } else if picture.shows(i, z, true) {
-                    let away = picture.away(i, z);
-                    if holes[i].is_none_or(|(other, _)| away < other) {
-                        holes[i] = Some((away, spot));
+        let picture = Picture::new(voxels, &bounds, shear, |n| f64::from(outline.runs[n].opacity) >= CUTOFF);
+        let mut open = Vec::new();
+        for offset in OFFSETS {
+            let mut shown = vec![false; picture.pixels()];
+            // The transparent place that lies nearest to the surface, and how far from it.
+            let mut holes: Vec<Option<(f32, Spot)>> = vec![None; picture.pixels()];
+            for face in &faces {
+                let seen = picture.seen(face.corners, offset);
+                picture.draw(face.corners, offset, |i, z| {
+                    if shown[i] || !picture.is_inside(i) || !picture.shows(i, z, false) {
+                        return;
                     }
-                }
-            });
+                    if !cut[face.chart as usize] {
+                        shown[i] = true;
+                        return;
+                    }
+                    let spot = face.spot(&seen, picture.at(i));
+                    if looked[face.chart as usize].opacity(spot.at) >= CUTOFF {
+                        shown[i] = true;
+                    } else if picture.shows(i, z, true) {
+                        let away = picture.away(i, z);
+                        if holes[i].is_none_or(|(other, _)| away < other) {
+                            holes[i] = Some((away, spot));
+                        }
+                    }
+                });
+            }
+            open.extend((0..shown.len()).filter(|i| !shown[*i]).filter_map(|i| holes[i]).map(|(_, spot)| spot));
         }
-        let open = (0..shown.len()).filter(|i| !shown[*i]).filter_map(|i| holes[i]);
-        open.map(|(_, spot)| spot).collect::<Vec<_>>()
+        open
     })?;
     for spot in found.into_iter().flatten() {
         let texture = &mut textures[spot.chart as usize];
@@ -134,5 +139,55 @@ impl Texture {
 
     fn opacity(&self, at: DVec2) -> f64 {
         self.around(at).iter().map(|(i, weight)| weight * f64::from(self.color[*i][3])).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        math::Stop,
+        voxel::{
+            VoxelMesh,
+            columns::Columns,
+            reproject::Reprojection,
+            resample::charts,
+            testing::{self, ground},
+        },
+    };
+
+    /// A floor with some of its texels transparent: which of them stay so.
+    fn closed(cut: impl Fn(usize, usize, usize) -> bool) -> Vec<(bool, bool)> {
+        let mesh = VoxelMesh { alpha: true, ..ground() };
+        let slices = testing::slices();
+        let space = Space::new(&mesh, Reprojection::of(&slices, &mesh).unwrap());
+        let charts = charts::cut(&space, 1.0, 2, 256, &Stop::default()).unwrap();
+        let columns = Columns::new(&mesh.voxels, 0..mesh.voxels.len() as u32);
+        let outline = Outline::new(&columns, None);
+        let mut before = Vec::new();
+        let mut textures: Vec<Texture> = charts
+            .iter()
+            .map(|c| {
+                let [width, height] = frame(c, 2).1.map(|s| s as usize);
+                let alpha = |i: usize| if cut(i % width, i / width, width) { 0 } else { 255 };
+                let color: Vec<[u8; 4]> = (0..width * height).map(|i| [9, 9, 9, alpha(i)]).collect();
+                before.extend(color.iter().map(|c| c[3] == 0));
+                Texture { width, color, normal: Vec::new() }
+            })
+            .collect();
+        close(&space, &charts, &outline, &mut textures, 2, &Stop::default()).unwrap();
+        let after = textures.iter().flat_map(|t| t.color.iter().map(|c| c[3] == 0));
+        before.into_iter().zip(after).collect()
+    }
+
+    #[test]
+    fn a_hole_inside_is_closed_and_an_edge_stays_cut() {
+        let hole = closed(|x, y, width| x.abs_diff(width / 2) <= 1 && y >= 6 && y <= 8);
+        assert!(hole.iter().any(|h| h.0));
+        assert!(hole.iter().all(|h| !h.1), "the hole stays open");
+        // The outermost texels of a chart lie outside the surface.
+        let edge = closed(|x, _, _| x < 2);
+        assert!(edge.iter().any(|h| h.0));
+        assert!(edge.iter().all(|h| h.0 == h.1), "the edge was filled");
     }
 }
