@@ -35,7 +35,7 @@ pub struct VoxelMeshNode;
 
 impl Node for VoxelMeshNode {
     const KIND: &'static str = "voxel-mesh";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Params = Params;
     type In = In;
     type Out = Out;

@@ -81,7 +81,7 @@ impl Solid {
                 }
             }
         }
-        Field { frustum: 0, voxels: voxels.into(), objects: vec!["thing".into()] }
+        Field { frustum: 0, voxels: voxels.into(), objects: vec!["thing".into()], ..Field::default() }
     }
 }
 

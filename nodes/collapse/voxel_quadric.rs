@@ -148,6 +148,7 @@ pub fn simplify(mesh: &VoxelMesh, target: Target, factor: f64, stop: &Stop) -> R
         cover_start: cover_start.into(),
         cover: cover.into(),
         voxels: Array::clone(&mesh.voxels),
+        quarters: Array::clone(&mesh.quarters),
         factor,
         alpha: false,
     })

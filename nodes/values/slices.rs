@@ -94,11 +94,12 @@ impl Artifact for Slices {
 
 impl Artifact for Field {
     const TYPE: &'static str = "VoxelField";
-    const FORMAT: u32 = 1;
+    const FORMAT: u32 = 2;
 
     fn encode(&self, out: &mut Encoder) {
         out.array("frustum", &[self.frustum]);
         out.array("voxels", &self.voxels);
+        out.array("quarters", &self.quarters);
         out.json("objects", &self.objects);
     }
 
@@ -107,7 +108,12 @@ impl Artifact for Field {
         let [frustum] = frustum[..] else {
             return Err(DecodeError::section("frustum", format!("expected one number, found {}", frustum.len())));
         };
-        let field = Self { frustum, voxels: data.array("voxels")?, objects: data.json("objects")? };
+        let field = Self {
+            frustum,
+            voxels: data.array("voxels")?,
+            quarters: data.array("quarters")?,
+            objects: data.json("objects")?,
+        };
         field.validate().map_err(|(section, what)| DecodeError::section(section, what))?;
         Ok(field)
     }
@@ -161,6 +167,7 @@ mod tests {
         Field {
             frustum: 1,
             voxels: vec![voxel(0, 1, 2, 1), voxel(0, 2, 1, 0), voxel(1, 0, 0, 1)].into(),
+            quarters: vec![[[7, 8, 9, 255]; 4]; 3].into(),
             objects: vec!["a".into(), "b".into()],
         }
     }
@@ -201,11 +208,12 @@ mod tests {
 
     #[test]
     fn fields_out_of_order_are_refused() {
-        let damages: [fn(&mut Field); 4] = [
+        let damages: [fn(&mut Field); 5] = [
             |f| f.objects = vec!["a".into()],
             |f| f.objects.swap(0, 1),
             |f| f.voxels = f.voxels.iter().rev().copied().collect(),
             |f| f.voxels = [f.voxels[0], f.voxels[0]].into_iter().collect(),
+            |f| f.quarters = f.quarters.iter().take(2).copied().collect(),
         ];
         for (i, damage) in damages.iter().enumerate() {
             let mut f = field();

@@ -7,7 +7,7 @@ use crate::{
 
 impl Artifact for VoxelMesh {
     const TYPE: &'static str = "VoxelMesh";
-    const FORMAT: u32 = 2;
+    const FORMAT: u32 = 3;
 
     fn encode(&self, out: &mut Encoder) {
         out.array("frustum", &[self.frustum]);
@@ -19,6 +19,7 @@ impl Artifact for VoxelMesh {
         out.array("cover_start", &self.cover_start);
         out.array("cover", &self.cover);
         out.array("voxels", &self.voxels);
+        out.array("quarters", &self.quarters);
     }
 
     fn decode(data: &Decoder) -> Result<Self, DecodeError> {
@@ -42,6 +43,7 @@ impl Artifact for VoxelMesh {
             cover_start: data.array("cover_start")?,
             cover: data.array("cover")?,
             voxels: data.array("voxels")?,
+            quarters: data.array("quarters")?,
             factor: factor[0],
             alpha: alpha[0] == 1,
         };
@@ -69,6 +71,7 @@ mod tests {
             cover_start: vec![0, 1].into(),
             cover: vec![0].into(),
             voxels: vec![Voxel::zeroed()].into(),
+            quarters: vec![[[1, 2, 3, 255]; 4]].into(),
             factor: 2.0,
             alpha: false,
         }

@@ -13,7 +13,7 @@ use crate::{
     view::{Projection, View},
     voxel::{
         frusta::{Lens, frame},
-        slicing::{Soup, slice},
+        slicing::{Fineness, Soup, slice},
     },
 };
 use glam::{DVec3, Mat4, Vec3};
@@ -422,6 +422,7 @@ fn effects_in_shaders_are_those_of_the_cpu() {
 
 #[test]
 fn parity_of_slices() {
+    const FINENESS: Fineness = Fineness { samples: 2, skirt: 2, quarters: true };
     let Some(gpu) = gpu() else { return };
     for (name, half) in [("car", 1.0), ("solids", 0.4)] {
         let scene = builtin::make(name, 1).unwrap();
@@ -431,7 +432,7 @@ fn parity_of_slices() {
         let soup = Soup::new(&geometry, &cell);
         let lens = Lens { resolution: 300, fov: 0.8, max_layers: 200, max_side: 4000 };
         let slices = frame(&cell, &soup.corners, &lens, &stop).unwrap();
-        let by = |backend| slice(backend, &scene, &geometry, &soup, &slices, 2, 2, &stop).unwrap();
+        let by = |backend| slice(backend, &scene, &geometry, &soup, &slices, FINENESS, &stop).unwrap();
         let fields = by(gpu);
         assert!(fields == by(&Cpu), "{name}");
         assert!(fields.iter().map(|f| f.voxels.len()).sum::<usize>() > 500, "{name}");

@@ -102,7 +102,7 @@ fn random_field(size: u32, layers: u32, filled: &[bool]) -> Field {
             }
         }
     }
-    Field { frustum: 0, voxels: voxels.into(), objects: vec![] }
+    Field { frustum: 0, voxels: voxels.into(), ..Field::default() }
 }
 
 proptest! {
@@ -146,7 +146,7 @@ fn nothing_is_built_towards_what_is_hidden() {
     let mut voxels: Vec<_> = (0..3).flat_map(|l| (2..6).map(move |x| fields::voxel(x, 3, l))).collect();
     let slices = fields::slices([8, 8], 3);
     let count = |voxels: &[voxel::Voxel]| {
-        let field = Field { frustum: 0, voxels: voxels.iter().copied().collect(), objects: vec![] };
+        let field = Field { frustum: 0, voxels: voxels.iter().copied().collect(), ..Field::default() };
         let meshes = mesh(&slices, &[&field]);
         meshes.iter().for_each(|(name, m)| check_mesh(name, m));
         meshes.iter().map(|(_, m)| m.faces.len()).sum::<usize>()
@@ -164,7 +164,7 @@ fn strips_of_a_receding_surface_hang_together() {
     let voxels = |x: u32| rows.clone().into_iter().flat_map(move |(y, l)| l.map(move |l| fields::voxel(x, y, l)));
     let mut all: Vec<_> = (2..6).flat_map(voxels).collect();
     all.sort_by_key(|v| (v.layer, v.y, v.x));
-    let field = Field { frustum: 0, voxels: all.into(), objects: vec![] };
+    let field = Field { frustum: 0, voxels: all.into(), ..Field::default() };
     let meshes = check(&fields::slices([8, 8], 5), &field);
     let m = &meshes[0].1;
     let top = |y: i32, z: i32| m.vertices.iter().position(|v| *v == [9, y, z]).unwrap() as u32;
@@ -240,7 +240,7 @@ proptest! {
 #[test]
 fn wrong_fields_are_refused() {
     let slices = fields::slices([4, 4], 2);
-    let field = |frustum: u32, voxels: Vec<voxel::Voxel>| Field { frustum, voxels: voxels.into(), objects: vec![] };
+    let field = |frustum: u32, voxels: Vec<voxel::Voxel>| Field { frustum, voxels: voxels.into(), ..Field::default() };
     let at = fields::voxel;
     let run = |fields: &[&Field]| cover_meshes(&slices, fields, &Stop::default()).unwrap_err();
     assert!(matches!(run(&[&field(1, vec![])]), CoverError::Frustum { frustum: 1, count: 1 }));

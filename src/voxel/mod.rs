@@ -111,6 +111,9 @@ pub struct Voxel {
     pub object: u32,
 }
 
+/// sRGB colours of a voxel's quarters: top left, top right, bottom left, bottom right. The fourth byte is 255.
+pub type Quarters = [[u8; 4]; 4];
+
 /// The visible voxels of one frustum.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Field {
@@ -118,6 +121,8 @@ pub struct Field {
     pub frustum: u32,
     /// Sorted by (layer, y, x), no two equal.
     pub voxels: Array<Voxel>,
+    /// Colours finer than the voxels, see [`Quarters`]: one for each voxel, or none.
+    pub quarters: Array<Quarters>,
     /// Names of the objects seen, sorted.
     pub objects: Vec<String>,
 }
@@ -138,6 +143,8 @@ pub struct VoxelMesh {
     pub cover: Array<u32>,
     /// This mesh's own voxels, sorted by (layer, y, x).
     pub voxels: Array<Voxel>,
+    /// Colours of their quarters: one for each voxel, or none.
+    pub quarters: Array<Quarters>,
     /// By which factor the voxel boxes were enlarged when the mesh was simplified (section 6); 0: not simplified.
     pub factor: f64,
     /// Whether its outline is cut by alpha: boundaries may lie outside of the surface then.

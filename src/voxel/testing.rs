@@ -1,7 +1,7 @@
 //! Small slices and voxel meshes for tests.
 
 use super::{Frustum, Slices, Voxel, VoxelMesh};
-use crate::view::Cell;
+use crate::{array::Array, view::Cell};
 use glam::{DVec3, dvec3};
 use std::collections::BTreeMap;
 
@@ -67,6 +67,7 @@ pub fn mesh(vertices: Vec<[i32; 3]>, faces: Vec<[u32; 3]>, places: impl IntoIter
         cover_start: cover_start.into(),
         cover: cover.into(),
         voxels: voxels.into(),
+        quarters: Array::default(),
         factor: 2.0,
         alpha: false,
     }

@@ -68,6 +68,9 @@ impl Field {
         if let Some(i) = (1..self.voxels.len()).find(|i| key(i - 1) >= key(*i)) {
             return Err(("voxels", format!("voxel {i} is not in the order layer, y, x")));
         }
+        if ![0, self.voxels.len()].contains(&self.quarters.len()) {
+            return Err(("quarters", format!("{} for {} voxels", self.quarters.len(), self.voxels.len())));
+        }
         if let Some(v) = self.voxels.iter().find(|v| v.object as usize >= self.objects.len()) {
             return Err(("voxels", format!("object {} of {}", v.object, self.objects.len())));
         }

@@ -41,6 +41,9 @@ impl VoxelMesh {
         if !self.voxels.windows(2).all(|w| key(&w[0]) < key(&w[1])) {
             return Err(("voxels", "not sorted by layer, y and x".into()));
         }
+        if ![0, self.voxels.len()].contains(&self.quarters.len()) {
+            return Err(("quarters", format!("{} for {} voxels", self.quarters.len(), self.voxels.len())));
+        }
         if !(self.factor.is_finite() && self.factor >= 0.0) {
             return Err(("factor", format!("{} is no box size", self.factor)));
         }

@@ -298,6 +298,7 @@ fn gather(surface: &Surface, mesh: &VoxelMesh, goal: Goal) -> VoxelMesh {
         cover_start: cover_start.into(),
         cover: cover.into(),
         voxels: Array::clone(&mesh.voxels),
+        quarters: Array::clone(&mesh.quarters),
         factor: goal.factor,
         alpha: goal.silhouette == Silhouette::Alpha,
     }

@@ -3,7 +3,7 @@
 use super::{
     Goal, Silhouette,
     contract::{Facing, look},
-    reduce, simplify,
+    demands, reduce, simplify,
 };
 use crate::{
     math::Stop,
@@ -110,7 +110,7 @@ fn random_field(size: u32, layers: u32, frustum: u32, filled: &[bool]) -> Field 
         let (x, y, l) = at(i);
         fields::voxel(x, y, l)
     });
-    Field { frustum, voxels: voxels.collect(), objects: vec![] }
+    Field { frustum, voxels: voxels.collect(), ..Field::default() }
 }
 
 /// What holds where alpha cuts outlines: every voxel of which more than a trace is seen is touched, and boundaries stay within two voxels of the

@@ -35,12 +35,12 @@ impl<'a> Source<'a> {
     /// light; one voxel's own bytes where all agree. Distances by `weight`, see [`Lattice::nearest`].
     pub fn sample(&self, p: DVec3, weight: DVec3, n: usize) -> ([u8; 4], Vec3) {
         let (voxels, nearest) = self.nearest(p, weight, n);
-        mix(nearest.found().iter().map(|&(d2, i)| (1.0 / (d2 + EPS * EPS), &voxels[i as usize])))
+        mix(nearest.found().iter().map(|&(d2, i)| (1.0 / (d2 + EPS * EPS), voxels[i as usize])))
     }
 }
 
 /// sRGB colour and world normal of voxels by weight, averaged in linear light; one voxel's own bytes where all agree.
-pub fn mix<'a>(of: impl IntoIterator<Item = (f64, &'a Voxel)>) -> ([u8; 4], Vec3) {
+pub fn mix(of: impl IntoIterator<Item = (f64, Voxel)>) -> ([u8; 4], Vec3) {
     let (mut colour, mut normal, mut sum) = (Vec3::ZERO, Vec3::ZERO, 0.0);
     let mut first = None;
     let mut alike = true;

@@ -147,19 +147,13 @@ mod tests {
     use super::*;
     use crate::{
         math::Stop,
-        voxel::{
-            VoxelMesh,
-            columns::Columns,
-            reproject::Reprojection,
-            resample::charts,
-            testing::{self, ground},
-        },
+        voxel::{VoxelMesh, columns::Columns, reproject::Reprojection, resample::charts, testing},
     };
 
-    /// A floor with some of its texels transparent: which of them stay so.
+    /// A wall with some of its texels transparent: which of them stay so.
     fn closed(cut: impl Fn(usize, usize, usize) -> bool) -> Vec<(bool, bool)> {
-        let mesh = VoxelMesh { alpha: true, ..ground() };
         let slices = testing::slices();
+        let mesh = VoxelMesh { alpha: true, ..testing::wall(&slices) };
         let space = Space::new(&mesh, Reprojection::of(&slices, &mesh).unwrap());
         let charts = charts::cut(&space, 1.0, 2, 256, &Stop::default()).unwrap();
         let columns = Columns::new(&mesh.voxels, 0..mesh.voxels.len() as u32);
@@ -185,8 +179,8 @@ mod tests {
         let hole = closed(|x, y, width| x.abs_diff(width / 2) <= 1 && y >= 6 && y <= 8);
         assert!(hole.iter().any(|h| h.0));
         assert!(hole.iter().all(|h| !h.1), "the hole stays open");
-        // The outermost texels of a chart lie outside the surface.
-        let edge = closed(|x, _, _| x < 2);
+        // The margin, and the outermost pixels of the surface.
+        let edge = closed(|x, _, _| x < 3);
         assert!(edge.iter().any(|h| h.0));
         assert!(edge.iter().all(|h| h.0 == h.1), "the edge was filled");
     }

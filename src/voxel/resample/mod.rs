@@ -149,7 +149,7 @@ fn texture(
             let (mut color, normal) = if seen.is_empty() {
                 from.nearest.sample(p, weight, settings.n)
             } else {
-                colour::mix(seen.iter().map(|(w, i)| (*w, &space.mesh.voxels[*i as usize])))
+                colour::mix(seen.iter().map(|(weight, seen)| (*weight, seen.voxel(space.mesh))))
             };
             if let Some(outline) = &from.outline {
                 color[3] = outline.filtered(&from.columns, p, space.mesh.factor + 0.5);

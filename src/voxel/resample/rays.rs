@@ -9,7 +9,7 @@ use super::{
     colour::EPS,
     place::Space,
 };
-use crate::voxel::{Voxel, columns::Columns};
+use crate::voxel::{Voxel, VoxelMesh, columns::Columns};
 use glam::{DVec2, DVec3, dvec3};
 
 impl Columns<'_> {
@@ -74,6 +74,22 @@ impl Tolerance {
     }
 }
 
+/// A voxel that is seen, and through which of its quarters (left to right, then top to bottom).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Seen {
+    pub number: u32,
+    pub quarter: u8,
+}
+
+impl Seen {
+    /// The voxel in the colour of its quarter, if it has one.
+    pub fn voxel(&self, mesh: &VoxelMesh) -> Voxel {
+        let voxel = mesh.voxels[self.number as usize];
+        let quarters = mesh.quarters.get(self.number as usize);
+        Voxel { color: quarters.map_or(voxel.color, |q| q[usize::from(self.quarter)]), ..voxel }
+    }
+}
+
 /// The voxels of a chart and of its mesh, on the rays of the viewer who sees the chart best.
 pub struct Sight<'a> {
     space: &'a Space<'a>,
@@ -98,38 +114,52 @@ impl<'a> Sight<'a> {
 
     /// The voxel that is seen at a place of the chart: one that the chart covers, or else one of the mesh.
     fn first(&self, p: DVec3) -> Option<u32> {
-        let ray = match self.viewer {
-            None => Ray::Straight(p.truncate()),
-            Some(viewer) => Ray::Oblique(self.space, viewer, p),
-        };
+        let ray = self.ray(p);
         let (low, high) = (p.z - self.tolerance.reach, p.z + self.tolerance.reach);
         self.own.first(&ray, low, high).or_else(|| self.whole.first(&ray, low, high))
     }
 
-    /// What is seen at `p` (x, y in pixels, z the layer), into `seen`: voxels and their weights, bilinear over the four nearest pixels
-    /// as far as they show the same surface. Without `filter` the one voxel of the pixel itself. Nothing where the ray meets none.
-    pub fn seen(&self, p: DVec3, filter: bool, seen: &mut Vec<(f64, u32)>) {
+    /// What is seen at `p` (x, y in pixels, z the layer), into `seen`, with weights: bilinear over the four nearest pixels as far as they show the
+    /// same surface, or over quarters of pixels where the voxels have colours for those. Without `filter` that of the pixel itself alone. Nothing
+    /// where the ray meets none.
+    pub fn seen(&self, p: DVec3, filter: bool, seen: &mut Vec<(f64, Seen)>) {
         seen.clear();
-        let centre = |x: f64, y: f64| dvec3(x.floor() + 0.5, y.floor() + 0.5, p.z);
+        // Places to a pixel's side.
+        let fine = if self.space.mesh.quarters.is_empty() { 1.0 } else { 2.0 };
+        let centre = |x: f64, y: f64| dvec3(((x * fine).floor() + 0.5) / fine, ((y * fine).floor() + 0.5) / fine, p.z);
         let Some(here) = self.first(centre(p.x, p.y)) else { return };
         if !filter {
-            return seen.push((1.0, here));
+            return seen.push((1.0, Seen { number: here, quarter: self.quarter(here, p) }));
         }
         for (x, y) in [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)] {
-            let at = centre(p.x + x, p.y + y);
-            let weight = (1.0 - (at.x - p.x).abs()) * (1.0 - (at.y - p.y).abs());
+            let at = centre(p.x + x / fine, p.y + y / fine);
+            let weight = (1.0 - fine * (at.x - p.x).abs()) * (1.0 - fine * (at.y - p.y).abs());
             if weight > 1e-6 {
                 self.pixel(at, self.layer(here), weight, seen);
             }
         }
     }
 
+    /// The quarter of a voxel that the ray through `p` passes.
+    fn quarter(&self, voxel: u32, p: DVec3) -> u8 {
+        let at = self.ray(p).pixel(self.space.mesh.voxels[voxel as usize].layer.into());
+        u8::from(at.x - at.x.floor() >= 0.5) + 2 * u8::from(at.y - at.y.floor() >= 0.5)
+    }
+
+    fn ray(&self, p: DVec3) -> Ray<'_> {
+        match self.viewer {
+            None => Ray::Straight(p.truncate()),
+            Some(viewer) => Ray::Oblique(self.space, viewer, p),
+        }
+    }
+
     /// Adds what the pixel at `p` shows of the surface that has a voxel in layer `here`, with a total weight: its front-most voxel and those of
     /// the same object that follow it layer by layer. A steep surface shows several in a pixel, all visible from somewhere in the cell: the
     /// nearer to the chart, the more they count. What begins behind an empty layer is another surface.
-    fn pixel(&self, p: DVec3, here: f64, weight: f64, seen: &mut Vec<(f64, u32)>) {
-        let Tolerance { reach, jump, .. } = self.tolerance;
+    fn pixel(&self, p: DVec3, here: f64, weight: f64, seen: &mut Vec<(f64, Seen)>) {
+        let Tolerance { reach, jump } = self.tolerance;
         let same = |i: &u32| (self.layer(*i) - here).abs() <= jump;
+        let found = |i: u32| Seen { number: i, quarter: self.quarter(i, p) };
         let start = seen.len();
         if self.viewer.is_none() {
             let shown = |i: &u32| {
@@ -148,14 +178,14 @@ impl<'a> Sight<'a> {
                     before.is_none_or(|b| v.layer == b.layer + 1 && v.object == b.object)
                 };
                 let run = columns.column(p.x, p.y).iter().copied().filter(shown).take_while(follows);
-                seen.extend(run.map(|i| (nearness(i), i)));
+                seen.extend(run.map(|i| (nearness(i), found(i))));
                 if seen.len() > start {
                     break;
                 }
             }
         }
         if seen.len() == start {
-            seen.extend(self.first(p).filter(same).map(|i| (1.0, i)));
+            seen.extend(self.first(p).filter(same).map(|i| (1.0, found(i))));
         }
         let total: f64 = seen[start..].iter().map(|s| s.0).sum();
         seen[start..].iter_mut().for_each(|s| s.0 *= weight / total);
@@ -195,7 +225,7 @@ fn best_corner(space: &Space, chart: &Chart) -> DVec3 {
 mod tests {
     use super::*;
     use crate::math::Stop;
-    use crate::voxel::{VoxelMesh, reproject::Reprojection, resample::charts, testing};
+    use crate::voxel::{reproject::Reprojection, resample::charts, testing};
     use proptest::prelude::*;
 
     /// Of all voxels in reach whose own pixel the ray passes in their own layer: visible ones before hidden ones, then the nearest
@@ -301,6 +331,7 @@ mod tests {
             sight.seen(p, true, &mut fast);
             sight.seen(p, false, &mut sharp);
             let mut slow = literal_seen(&mesh, &own, sight.viewer, p);
+            let mut fast: Vec<(f64, u32)> = fast.iter().map(|s| (s.0, s.1.number)).collect();
             fast.sort_by_key(|s| s.1);
             slow.sort_by_key(|s| s.1);
             prop_assert_eq!(fast.len(), slow.len());

@@ -1,5 +1,8 @@
 use super::*;
-use crate::voxel::testing::{self, speckle};
+use crate::voxel::{
+    Voxel,
+    testing::{self, speckle},
+};
 use glam::{DVec2, DVec3, Vec2};
 use proptest::prelude::*;
 
@@ -33,6 +36,33 @@ fn aligned_texels_are_the_voxels() {
         let (x, y) = (clamp(i as u32 % w, w), clamp(i as u32 / w, h));
         let [r, g, b] = speckle(10 + x as u16, 20 + y as u16, 2);
         assert_eq!(*c, [r, g, b, 255], "texel {i}");
+    }
+}
+
+/// The same wall with colours for the quarters of its voxels: texels of half a side are these, and larger ones their mean.
+#[test]
+fn aligned_fine_texels_are_the_quarters() {
+    let wall = testing::wall(&testing::slices());
+    let quarter = |v: &Voxel, q: u16| {
+        let [r, g, b] = speckle(2 * v.x + q % 2, 2 * v.y + q / 2, 7);
+        [r, g, b, 255]
+    };
+    let quarters = wall.voxels.iter().map(|v| [0, 1, 2, 3].map(|q| quarter(v, q))).collect();
+    let mesh = VoxelMesh { quarters, ..wall };
+    for n in [1, 4] {
+        let m = run(&mesh, &Settings { n, texel: 0.5, ..Settings::default() });
+        let [w, h] = m.chart_size[0];
+        let mut compared = 0;
+        for (i, c) in m.color.iter().enumerate() {
+            // The faces begin and end a quarter of a pixel inside the outermost voxels: half a texel.
+            let (x, y) = (i as u32 % w, i as u32 / w);
+            if (3..w - 3).contains(&x) && (3..h - 3).contains(&y) {
+                let [r, g, b] = speckle(20 + x as u16 - 2, 40 + y as u16 - 2, 7);
+                assert_eq!(*c, [r, g, b, 255], "texel {x}, {y} of {w} × {h}");
+                compared += 1;
+            }
+        }
+        assert!(compared > 2000, "{compared}");
     }
 }
 

@@ -1,7 +1,7 @@
 //! The same field by its definition: one pass per layer, pixel by pixel, sample by sample.
 
 use super::{
-    Face, Soup,
+    Face, Fineness, Soup,
     cuts::{Cut, meets},
     facing, slice,
 };
@@ -271,15 +271,38 @@ fn check_coverage(geometry: &Geometry, soup: &Soup, slices: &Slices, n: u32, fie
     }
 }
 
+fn fineness(samples: u32, skirt: u8) -> Fineness {
+    Fineness { samples, skirt: skirt.into(), quarters: samples > 1 }
+}
+
+/// Quarters average to what the voxel shows, and where their samples differ they do.
+fn check_quarters(fields: &[Field], n: u32) {
+    for f in fields {
+        assert_eq!(f.quarters.len(), if n > 1 { f.voxels.len() } else { 0 });
+        for (quarters, v) in f.quarters.iter().zip(f.voxels.iter()) {
+            for k in 0..3 {
+                let all = quarters.map(|q| q[k]);
+                let (low, high) = (all.iter().min().unwrap(), all.iter().max().unwrap());
+                assert!(
+                    low.saturating_sub(1) <= v.color[k] && v.color[k] <= high.saturating_add(1),
+                    "{quarters:?} {v:?}"
+                );
+            }
+            assert!(quarters.iter().all(|q| q[3] == 255));
+        }
+    }
+}
+
 fn check(scene: &Scene, cell: &Cell, lens: &Lens, n: u32, skirt: u8) -> Option<Slices> {
     let geometry = Geometry::new(scene);
     let stop = Stop::default();
     let soup = Soup::new(&geometry, cell);
     let slices = frame(cell, &soup.corners, lens, &stop).ok()?;
-    let fields = slice(&Cpu, scene, &geometry, &soup, &slices, n, skirt.into(), &stop).unwrap();
+    let fields = slice(&Cpu, scene, &geometry, &soup, &slices, fineness(n, skirt), &stop).unwrap();
     for f in &fields {
         assert_eq!(f.validate(), Ok(()));
     }
+    check_quarters(&fields, n);
     check_coverage(&geometry, &soup, &slices, n, &fields);
     let (ours, expect) = (as_literal(&fields), literal(scene, &geometry, &slices, n, skirt));
     for (k, (ours, expect)) in ours.iter().zip(&expect).enumerate() {
@@ -351,9 +374,15 @@ fn threads_and_bytes() {
     let slices = frame(&CELL, &soup.corners, &lens, &stop).unwrap();
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| slice(&Cpu, &scene, &geometry, &soup, &slices, 2, 2, &stop).unwrap())
+        pool.install(|| slice(&Cpu, &scene, &geometry, &soup, &slices, fineness(2, 2), &stop).unwrap())
     };
     assert!(run(1) == run(3));
+    let fields = run(2);
+    let quarters = fields.iter().flat_map(|f| f.quarters.iter());
+    assert!(quarters.clone().any(|q| q[0] != q[3]) && quarters.clone().any(|q| q[1] != q[2]));
+    let plain = Fineness { quarters: false, ..fineness(2, 2) };
+    let without = slice(&Cpu, &scene, &geometry, &soup, &slices, plain, &stop).unwrap();
+    assert!(without.iter().zip(&fields).all(|(a, b)| a.quarters.is_empty() && a.voxels == b.voxels));
     stop.set();
-    assert!(slice(&Cpu, &scene, &geometry, &soup, &slices, 2, 2, &stop).is_err());
+    assert!(slice(&Cpu, &scene, &geometry, &soup, &slices, fineness(2, 2), &stop).is_err());
 }

@@ -24,6 +24,7 @@ mod literal;
 
 use super::{Cell, Field, Frustum, Slices, Voxel};
 use crate::{
+    array::Array,
     math::{Stop, Stopped},
     raster::{Backend, Cutout, Geometry, Options, Prepared, Shader, Sides, faces_any},
     scene::Scene,
@@ -125,28 +126,41 @@ fn sample_view(slices: &Slices, frustum: &Frustum, samples: u32) -> View {
     }
 }
 
+/// How finely a field is sampled, and how far it goes on.
+#[derive(Clone, Copy, Debug)]
+pub struct Fineness {
+    /// Colour and fill samples along a pixel's side: 1, 2 or 4; an image's width and height times this may not exceed
+    /// [`crate::raster::MAX_SIDE`].
+    pub samples: u32,
+    /// Pixels beside a visible voxel in which hidden ones are kept.
+    pub skirt: u32,
+    /// Whether the quarters of voxels have their own colours; that takes two samples along a pixel's side.
+    pub quarters: bool,
+}
+
 /// The visible voxels of every frustum, in their order. `soup` holds the scene's triangles relative to the cell's centre.
-/// `samples`: colour and fill samples along a pixel's side: 1, 2 or 4; width and height times `samples` may not exceed
-/// [`crate::raster::MAX_SIDE`].
 pub fn slice(
     backend: &dyn Backend,
     scene: &Scene,
     geometry: &Geometry,
     soup: &Soup,
     slices: &Slices,
-    samples: u32,
-    skirt: u32,
+    fineness: Fineness,
     stop: &Stop,
 ) -> Result<Vec<Field>, Stopped> {
+    let Fineness { samples, skirt, quarters } = fineness;
     let faces = slices.frusta.iter().map(|f| Face::new(geometry, soup, slices, f, samples, stop));
     let faces: Vec<Face> = faces.collect::<Result<_, _>>()?;
-    let mut voxels = visible(backend, slices, &faces, skirt, stop)?;
+    let voxels = visible(backend, slices, &faces, skirt, stop)?;
     let shader = Shader::new(geometry);
-    for ((face, frustum), voxels) in faces.iter().zip(&slices.frusta).zip(&mut voxels) {
-        skirt::keep_reached(voxels, frustum.size, skirt);
-        paint::paint(backend, face, &shader, voxels, stop)?;
+    let mut fields = Vec::new();
+    for (((i, face), frustum), mut voxels) in (0..).zip(&faces).zip(&slices.frusta).zip(voxels) {
+        skirt::keep_reached(&mut voxels, frustum.size, skirt);
+        let mut colours = Vec::new();
+        paint::paint(backend, face, &shader, &mut voxels, quarters.then_some(&mut colours), stop)?;
+        fields.push(Field { quarters: colours.into(), ..field(scene, i, voxels) });
     }
-    Ok((0..).zip(voxels).map(|(i, voxels)| field(scene, i, voxels)).collect())
+    Ok(fields)
 }
 
 /// The voxels of every face to keep, sorted, without colour, and without the rings of those that are hidden.
@@ -196,5 +210,5 @@ fn field(scene: &Scene, frustum: u32, mut voxels: Vec<Voxel>) -> Field {
     for v in &mut voxels {
         v.object = number[v.object as usize];
     }
-    Field { frustum, voxels: voxels.into(), objects }
+    Field { frustum, voxels: voxels.into(), quarters: Array::default(), objects }
 }

@@ -5,7 +5,7 @@ use crate::{
     image::srgb,
     math::{Stop, Stopped},
     raster::{Backend, Facet, Fragment, NOTHING, Shader, Shading, Surface, Tile, fragments_in_tiles},
-    voxel::Voxel,
+    voxel::{Quarters, Voxel},
 };
 use glam::Vec3;
 use rayon::prelude::*;
@@ -30,15 +30,19 @@ impl VoxelPaint {
     }
 }
 
-/// Colours a face's voxels, which are sorted by (layer, y, x); their `object` becomes its number in the scene.
+/// Colours a face's voxels, which are sorted by (layer, y, x); their `object` becomes its number in the scene. `quarters`: where
+/// the colours of their quarters go, if they are wanted; a quarter in which no sample is covered looks as the whole voxel does.
 pub fn paint(
     backend: &dyn Backend,
     face: &Face,
     shader: &Shader,
     voxels: &mut [Voxel],
+    quarters: Option<&mut Vec<Quarters>>,
     stop: &Stop,
 ) -> Result<(), Stopped> {
     let order = by_tile(face, voxels);
+    let wanted = quarters.is_some();
+    let mut fine = vec![[None; 4]; if wanted { voxels.len() } else { 0 }];
     let looks = fragments_in_tiles(backend, &face.prepared, stop, |tile, fragments| {
         let list = order.of(tile.index as usize);
         let per_voxel = (face.samples * face.samples) as usize;
@@ -96,12 +100,18 @@ pub fn paint(
         let look = |(i, samples): (usize, &[Fragment])| {
             let voxel = &voxels[list[i] as usize];
             let mut mean = Mean::default();
+            let mut parts: [Mean; 4] = Default::default();
             for (f, at) in samples.iter().zip(face.samples_of(voxel.x.into(), voxel.y.into())) {
                 if f.triangle != NOTHING {
-                    mean.add(f.triangle, f.depth, &facets.at(f.triangle, at));
+                    let surface = facets.at(f.triangle, at);
+                    mean.add(f.triangle, f.depth, &surface);
+                    if wanted {
+                        let half = |i: usize| (2 * (at[i] % face.samples) / face.samples) as usize;
+                        parts[half(0) + 2 * half(1)].add(f.triangle, f.depth, &surface);
+                    }
                 }
             }
-            (mean.look(face), coverage[i])
+            (mean.look(face), coverage[i], if wanted { parts.map(|p| p.color()) } else { [None; 4] })
         };
         samples.chunks(per_voxel).enumerate().map(look).collect::<Vec<_>>()
     })?;
@@ -109,13 +119,21 @@ pub fn paint(
         for (i, look) in order.of(tile).iter().zip(looks) {
             let voxel = &mut voxels[*i as usize];
             match look {
-                (Some(look), _) => look.put_on(voxel),
-                (None, _) => voxel.object = BARE,
+                (Some(look), ..) => look.put_on(voxel),
+                (None, ..) => voxel.object = BARE,
             }
             voxel.color[3] = look.1;
+            if wanted {
+                fine[*i as usize] = look.2;
+            }
         }
     }
-    voxels.par_chunk_by_mut(|a, b| a.layer == b.layer).try_for_each(|layer| paint_bare(face, shader, layer, stop))
+    voxels.par_chunk_by_mut(|a, b| a.layer == b.layer).try_for_each(|layer| paint_bare(face, shader, layer, stop))?;
+    if let Some(quarters) = quarters {
+        let whole = |v: &Voxel| [v.color[0], v.color[1], v.color[2], 255];
+        *quarters = fine.iter().zip(&*voxels).map(|(q, v)| q.map(|c| c.unwrap_or(whole(v)))).collect();
+    }
+    Ok(())
 }
 
 /// Colours those voxels of a layer in which no sample is covered: by the cut that comes nearest to the pixel's centre.
@@ -208,8 +226,13 @@ impl Mean {
     /// `None` where nothing was seen.
     fn look(&self, face: &Face) -> Option<VoxelPaint> {
         let object = self.object(face)?;
+        Some(VoxelPaint { color: self.color()?, normal: octahedral(self.normal), object })
+    }
+
+    /// `None` where nothing was seen.
+    fn color(&self) -> Option<[u8; 4]> {
         let [r, g, b] = self.sum.map(|s| srgb::from_linear(s / self.count as f32));
-        Some(VoxelPaint { color: [r, g, b, 255], normal: octahedral(self.normal), object })
+        (self.count > 0).then_some([r, g, b, 255])
     }
 
     /// The object of most samples; of several, the nearest, then the first. None where nothing was seen.
