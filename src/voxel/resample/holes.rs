@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn a_hole_inside_is_closed_and_an_edge_stays_cut() {
-        let hole = closed(|x, y, width| x.abs_diff(width / 2) <= 1 && y >= 6 && y <= 8);
+        let hole = closed(|x, y, width| x.abs_diff(width / 2) <= 1 && (6..=8).contains(&y));
         assert!(hole.iter().any(|h| h.0));
         assert!(hole.iter().all(|h| !h.1), "the hole stays open");
         // The margin, and the outermost pixels of the surface.
