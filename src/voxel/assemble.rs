@@ -6,10 +6,7 @@ use super::{
     Field, VoxelMesh,
     sites::{Emitted, Quad, Sites},
 };
-use crate::{
-    array::Array,
-    math::{Stop, Stopped},
-};
+use crate::math::{Stop, Stopped};
 
 /// The connected meshes of one frustum with their names.
 pub(super) fn assemble(
@@ -93,10 +90,7 @@ pub(super) fn assemble(
             cover_start: cover_start.into(),
             cover: cover.into(),
             voxels: members.iter().map(|v| field.voxels[*v as usize]).collect(),
-            quarters: match field.quarters.is_empty() {
-                true => Array::default(),
-                false => members.iter().map(|v| field.quarters[*v as usize]).collect(),
-            },
+            quarters: members.iter().filter_map(|v| field.quarters.get(*v as usize)).copied().collect(),
             factor: 0.0,
             alpha: false,
         };

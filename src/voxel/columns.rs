@@ -1,6 +1,7 @@
 //! Voxels by pixel: the columns of a field through its layers.
 
 use super::Voxel;
+use glam::{DVec2, dvec2};
 
 /// Voxels by pixel.
 pub struct Columns<'a> {
@@ -72,4 +73,14 @@ impl<'a> Columns<'a> {
             (w[0].0, self.voxels[numbers[0] as usize].y, numbers)
         })
     }
+}
+
+/// The four places nearest to `p` of those that divide each pixel's side into `fine` parts, their centres, and their bilinear weights;
+/// without those that count for nothing.
+pub fn around(p: DVec2, fine: f64) -> impl Iterator<Item = (DVec2, f64)> {
+    let place = move |(x, y): (f64, f64)| {
+        let at = (((p + dvec2(x, y) / fine) * fine).floor() + 0.5) / fine;
+        (at, (1.0 - fine * (at.x - p.x).abs()) * (1.0 - fine * (at.y - p.y).abs()))
+    };
+    [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)].into_iter().map(place).filter(|(_, weight)| *weight > 1e-6)
 }

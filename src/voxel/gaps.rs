@@ -25,7 +25,7 @@ pub fn bare(voxels: &[Voxel], faces: &[[Point; 3]], alpha: bool, stop: &Stop) ->
         let picture = Picture::new(voxels, &bounds, shear, |_| true);
         let mut shown = vec![false; picture.pixels()];
         for face in faces {
-            picture.draw(*face, [0.0; 2], |i, z| shown[i] |= picture.shows(i, z, alpha));
+            picture.draw(picture.seen(*face, [0.0; 2]), |i, z| shown[i] |= picture.shows(i, z, alpha));
         }
         let bare = (0..shown.len()).filter(|i| !shown[*i] && picture.is_inside(*i));
         bare.flat_map(|i| picture.around(i)).map(|j| picture.nearest[j] - 1).collect::<Vec<_>>()
@@ -121,12 +121,13 @@ impl Picture {
         (low - z).max(z - high).max(0.0)
     }
 
-    /// Calls `each` with the pixels that a face covers, looked at `offset` pixels beside their centres, and its layer there.
-    pub fn draw(&self, face: [Point; 3], offset: [f64; 2], each: impl FnMut(usize, f32)) {
-        draw(self.seen(face, offset), self.width, self.height, each);
+    /// Calls `each` with the pixels that a face covers, whose corners are `seen`, and its layer there.
+    pub fn draw(&self, seen: [Point; 3], each: impl FnMut(usize, f32)) {
+        draw(seen, self.width, self.height, each);
     }
 
-    /// The corners of a face in the picture: pixels, so that the places looked at are integers, and layers.
+    /// The corners of a face in the picture, looked at `offset` pixels beside the centres of pixels: pixels, so that these places are integers, and
+    /// layers.
     pub fn seen(&self, face: [Point; 3], offset: [f64; 2]) -> [Point; 3] {
         let base = 4.0 * f64::from(self.base);
         face.map(|p| {

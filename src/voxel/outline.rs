@@ -6,8 +6,11 @@
 //! texels would lose it below a coverage of one half, so it is at least as opaque as it takes to be seen from texel to texel. Steep
 //! runs are opaque: the centre may see a sliver where another place of the cell sees much.
 
-use super::{Voxel, columns::Columns};
-use glam::DVec3;
+use super::{
+    Voxel,
+    columns::{Columns, around},
+};
+use glam::{DVec2, DVec3};
 
 /// Layers between the runs of neighbouring pixels up to which they touch: seen from the cell such a step is within the error that
 /// simplification makes, so that what lies behind it may be taken for the same surface, and must not show through it.
@@ -105,12 +108,8 @@ impl Outline {
 
     /// [`Outline::opacity`] at `p` (x, y in pixels, z the layer), bilinear over the four nearest pixels.
     pub fn filtered(&self, columns: &Columns, p: DVec3, reach: f64) -> u8 {
-        let opacity = |(x, y): (f64, f64)| {
-            let (x, y) = ((p.x + x).floor() + 0.5, (p.y + y).floor() + 0.5);
-            let weight = (1.0 - (x - p.x).abs()) * (1.0 - (y - p.y).abs());
-            if weight > 1e-6 { weight * f64::from(self.opacity(columns, x, y, p.z, reach)) } else { 0.0 }
-        };
-        [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)].map(opacity).iter().sum::<f64>().round() as u8
+        let opacity = |(at, weight): (DVec2, f64)| weight * f64::from(self.opacity(columns, at.x, at.y, p.z, reach));
+        around(p.truncate(), 1.0).map(opacity).sum::<f64>().round() as u8
     }
 
     /// How opaque the surface is that passes a pixel near `layer`: the most of the runs within `reach` layers, or else of one that touches such a

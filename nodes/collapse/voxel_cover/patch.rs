@@ -5,7 +5,6 @@
 
 use super::{Goal, Silhouette, demands, drop::neighbours, reduce};
 use crate::{
-    array::Array,
     math::{Stop, Stopped},
     voxel::{Voxel, VoxelMesh, assemble::split_bow_ties, gaps::bare},
 };
@@ -63,10 +62,7 @@ pub fn select(
         cover_start: start.into(),
         cover: cover.into(),
         voxels: voxels.iter().map(|v| mesh.voxels[*v as usize]).collect(),
-        quarters: match mesh.quarters.is_empty() {
-            true => Array::default(),
-            false => voxels.iter().map(|v| mesh.quarters[*v as usize]).collect(),
-        },
+        quarters: voxels.iter().filter_map(|v| mesh.quarters.get(*v as usize)).copied().collect(),
         factor: mesh.factor,
         alpha: mesh.alpha,
     })

@@ -90,7 +90,7 @@ pub(super) fn close(
             let mut holes: Vec<Option<(f32, Spot)>> = vec![None; picture.pixels()];
             for face in &faces {
                 let seen = picture.seen(face.corners, offset);
-                picture.draw(face.corners, offset, |i, z| {
+                picture.draw(seen, |i, z| {
                     if shown[i] || !picture.is_inside(i) || !picture.shows(i, z, false) {
                         return;
                     }

@@ -9,7 +9,10 @@ use super::{
     colour::EPS,
     place::Space,
 };
-use crate::voxel::{Voxel, VoxelMesh, columns::Columns};
+use crate::voxel::{
+    Voxel, VoxelMesh,
+    columns::{Columns, around},
+};
 use glam::{DVec2, DVec3, dvec3};
 
 impl Columns<'_> {
@@ -131,12 +134,8 @@ impl<'a> Sight<'a> {
         if !filter {
             return seen.push((1.0, Seen { number: here, quarter: self.quarter(here, p) }));
         }
-        for (x, y) in [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)] {
-            let at = centre(p.x + x / fine, p.y + y / fine);
-            let weight = (1.0 - fine * (at.x - p.x).abs()) * (1.0 - fine * (at.y - p.y).abs());
-            if weight > 1e-6 {
-                self.pixel(at, self.layer(here), weight, seen);
-            }
+        for (at, weight) in around(p.truncate(), fine) {
+            self.pixel(at.extend(p.z), self.layer(here), weight, seen);
         }
     }
 

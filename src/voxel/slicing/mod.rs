@@ -156,9 +156,8 @@ pub fn slice(
     let mut fields = Vec::new();
     for (((i, face), frustum), mut voxels) in (0..).zip(&faces).zip(&slices.frusta).zip(voxels) {
         skirt::keep_reached(&mut voxels, frustum.size, skirt);
-        let mut colours = Vec::new();
-        paint::paint(backend, face, &shader, &mut voxels, quarters.then_some(&mut colours), stop)?;
-        fields.push(Field { quarters: colours.into(), ..field(scene, i, voxels) });
+        let quarters = paint::paint(backend, face, &shader, &mut voxels, quarters, stop)?;
+        fields.push(Field { quarters: quarters.into(), ..field(scene, i, voxels) });
     }
     Ok(fields)
 }

@@ -26,22 +26,22 @@ struct VoxelPaint {
 
 impl VoxelPaint {
     fn put_on(&self, voxel: &mut Voxel) {
-        (voxel.color, voxel.normal, voxel.object) = (self.color, self.normal, self.object);
+        let [r, g, b, _] = self.color;
+        (voxel.color, voxel.normal, voxel.object) = ([r, g, b, voxel.color[3]], self.normal, self.object);
     }
 }
 
-/// Colours a face's voxels, which are sorted by (layer, y, x); their `object` becomes its number in the scene. `quarters`: where
-/// the colours of their quarters go, if they are wanted; a quarter in which no sample is covered looks as the whole voxel does.
+/// Colours a face's voxels, which are sorted by (layer, y, x); their `object` becomes its number in the scene. Returns
+/// the colours of their quarters if `wanted`; a quarter in which no sample is covered looks as the whole voxel does.
 pub fn paint(
     backend: &dyn Backend,
     face: &Face,
     shader: &Shader,
     voxels: &mut [Voxel],
-    quarters: Option<&mut Vec<Quarters>>,
+    wanted: bool,
     stop: &Stop,
-) -> Result<(), Stopped> {
+) -> Result<Vec<Quarters>, Stopped> {
     let order = by_tile(face, voxels);
-    let wanted = quarters.is_some();
     let mut fine = vec![[None; 4]; if wanted { voxels.len() } else { 0 }];
     let looks = fragments_in_tiles(backend, &face.prepared, stop, |tile, fragments| {
         let list = order.of(tile.index as usize);
@@ -129,11 +129,8 @@ pub fn paint(
         }
     }
     voxels.par_chunk_by_mut(|a, b| a.layer == b.layer).try_for_each(|layer| paint_bare(face, shader, layer, stop))?;
-    if let Some(quarters) = quarters {
-        let whole = |v: &Voxel| [v.color[0], v.color[1], v.color[2], 255];
-        *quarters = fine.iter().zip(&*voxels).map(|(q, v)| q.map(|c| c.unwrap_or(whole(v)))).collect();
-    }
-    Ok(())
+    let whole = |v: &Voxel| [v.color[0], v.color[1], v.color[2], 255];
+    Ok(fine.iter().zip(&*voxels).map(|(q, v)| q.map(|c| c.unwrap_or(whole(v)))).collect())
 }
 
 /// Colours those voxels of a layer in which no sample is covered: by the cut that comes nearest to the pixel's centre.
@@ -166,9 +163,7 @@ fn paint_bare(face: &Face, shader: &Shader, voxels: &mut [Voxel], stop: &Stop) -
         let mut mean = Mean::default();
         mean.add(number, f32::INFINITY, &facets.of(number).point(point.weights));
         if let Some(look) = mean.look(face) {
-            let coverage = voxels[*i].color[3];
             look.put_on(&mut voxels[*i]);
-            voxels[*i].color[3] = coverage;
         }
     }
     Ok(())
