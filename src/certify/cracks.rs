@@ -3,9 +3,13 @@
 //! A *group* is 8-connected; it is thin where it is at most 2 pixels wide, that is where it holds no full square of
 //! 3×3 pixels. A thin group is a crack if no discontinuity of the original lies between pixels of its 1-pixel
 //! neighbourhood: a displaced silhouette is none. A crack that runs into a silhouette would escape that, so thin parts
-//! of any group that lie outside the band and are at least 3 pixels long are cracks too.
+//! of any group that lie outside the band and are at least 3 pixels long are cracks too. Nobody knows whether a silhouette lies just beyond the
+//! picture's border, so what lies within [`BORDER`] pixels of it is none.
 
 use super::edges::{BELOW, RIGHT, dilate_square};
+
+/// How far from the picture's border cracks are looked for, pixels.
+const BORDER: usize = 2;
 
 /// The pixels of cracks. `holes`: missing or wrong-surface pixels; `edges`, `band`: the original's.
 pub fn cracks(holes: &[bool], edges: &[u8], band: &[bool], width: usize) -> Vec<bool> {
@@ -14,12 +18,17 @@ pub fn cracks(holes: &[bool], edges: &[u8], band: &[bool], width: usize) -> Vec<
         return out;
     }
     let wide = opened(holes, width);
+    let inner = |i: usize| {
+        let [x, y] = [i % width, i / width];
+        let inside = |at: usize, size: usize| (BORDER..size.saturating_sub(BORDER)).contains(&at);
+        inside(x, width) && inside(y, holes.len() / width)
+    };
     for group in groups(holes, width) {
-        if group.iter().all(|i| !wide[*i] && continuous(edges, width, *i)) {
+        if group.iter().all(|i| !wide[*i] && inner(*i) && continuous(edges, width, *i)) {
             group.iter().for_each(|i| out[*i] = true);
         }
     }
-    let thin: Vec<bool> = (0..holes.len()).map(|i| holes[i] && !wide[i] && !band[i]).collect();
+    let thin: Vec<bool> = (0..holes.len()).map(|i| holes[i] && !wide[i] && !band[i] && inner(i)).collect();
     for group in groups(&thin, width) {
         let span = |f: fn(usize, usize) -> usize| {
             let (lo, hi) =
@@ -107,8 +116,8 @@ mod tests {
     #[test]
     fn thin_lines_are_cracks_and_wide_holes_are_none() {
         let (edges, band) = (vec![0; W * W], vec![false; W * W]);
-        assert_eq!(count(&mask(|x, y| x == y && x > 3), &edges, &band), W - 4);
-        assert_eq!(count(&mask(|x, y| (x == 5 || x == 6) && y < 10), &edges, &band), 20);
+        assert_eq!(count(&mask(|x, y| x == y && (4..20).contains(&x)), &edges, &band), 16);
+        assert_eq!(count(&mask(|x, y| (x == 5 || x == 6) && (2..12).contains(&y)), &edges, &band), 20);
         assert_eq!(count(&mask(|x, y| (5..9).contains(&x) && (5..9).contains(&y)), &edges, &band), 0);
         assert_eq!(count(&mask(|x, y| x == 7 && y == 7), &edges, &band), 1);
     }
@@ -123,12 +132,21 @@ mod tests {
     #[test]
     fn a_line_beside_a_silhouette_is_a_crack_once_it_is_detached() {
         let (edges, band) = silhouette();
-        assert_eq!(count(&mask(|x, _| x == 5), &edges, &band), W);
+        assert_eq!(count(&mask(|x, y| x == 5 && (2..20).contains(&y)), &edges, &band), 18);
+    }
+
+    #[test]
+    fn a_silhouette_may_lie_beyond_the_border() {
+        let (edges, band) = (vec![0; W * W], vec![false; W * W]);
+        assert_eq!(count(&mask(|x, _| x < 2), &edges, &band), 0);
+        assert_eq!(count(&mask(|_, y| y == W - 1), &edges, &band), 0);
+        // A crack that runs to the border counts up to there.
+        assert_eq!(count(&mask(|_, y| y == 9), &edges, &band), W - 2 * BORDER);
     }
 
     #[test]
     fn a_crack_that_runs_into_a_silhouette_counts_outside_the_band() {
         let (edges, band) = silhouette();
-        assert_eq!(count(&mask(|x, y| x >= 4 && y == 9), &edges, &band), W - 8);
+        assert_eq!(count(&mask(|x, y| x >= 4 && y == 9), &edges, &band), W - 8 - BORDER);
     }
 }

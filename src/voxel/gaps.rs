@@ -2,8 +2,8 @@
 //!
 //! Boundaries that face each other across a slit may each keep their tolerance and still let the eye through. So the result is
 //! looked at: seen from another place of the view cell, layers move against each other by up to a pixel a layer
-//! (section 4.1), which makes the picture in voxel space a shear. Both the voxels and the faces are drawn under shears of up to half
-//! of that, and where faces miss the inside of a surface, its voxels are reported. Where alpha cuts outlines, a face in front may be transparent:
+//! (section 4.1), which makes the picture in voxel space a shear. Both the voxels and the faces are drawn under shears, and where faces miss the
+//! inside of a surface, the line of sight is reported. Where alpha cuts outlines, a face in front may be transparent:
 //! then only one that lies near the surface shows it.
 
 use super::{
@@ -13,27 +13,88 @@ use super::{
 };
 use crate::math::{Stop, Stopped};
 
-/// Shears per axis, pixels a layer.
-const SHEARS: [f64; 7] = [-0.5, -0.35, -0.2, 0.0, 0.2, 0.35, 0.5];
 /// How many layers behind its voxels a face still shows them.
-const BEHIND: f32 = 2.5;
+const BEHIND: f32 = 1.5;
 
-/// Numbers of the visible voxels that `faces` leave bare, ascending.
-pub fn bare(voxels: &[Voxel], faces: &[[Point; 3]], alpha: bool, stop: &Stop) -> Result<Vec<u32>, Stopped> {
-    let Some(bounds) = VoxelBounds::around(voxels) else { return Ok(Vec::new()) };
-    let found = under_all(&SHEARS, stop, |shear| {
-        let picture = Picture::new(voxels, &bounds, shear, |_| true);
-        let mut shown = vec![false; picture.pixels()];
-        for face in faces {
-            picture.draw(picture.seen(*face, [0.0; 2]), |i, z| shown[i] |= picture.shows(i, z, alpha));
+/// How gaps are looked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Look {
+    /// Shears per axis, pixels a layer.
+    pub shears: &'static [f64],
+    /// Where pixels are looked at, beside their centres.
+    pub offsets: &'static [[f64; 2]],
+    /// Only surfaces that span at most so many layers over three by three pixels are looked at.
+    pub most_layers: f32,
+}
+
+/// A line of sight along which the inside of a surface is seen and no face shows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sight {
+    shear: [f64; 2],
+    /// The layer that the shear leaves in place.
+    base: i32,
+    /// Where the line passes that layer, pixels.
+    at: [f64; 2],
+    /// First and last layer in which a face shows the surface.
+    shown: [f32; 2],
+    /// Numbers of the voxels in front, here (in the middle) and around.
+    pub voxels: [u32; 9],
+}
+
+impl Sight {
+    /// The number of the voxel in front.
+    pub fn voxel(&self) -> u32 {
+        self.voxels[4]
+    }
+
+    /// A point as it is seen, pixels from the line and layers.
+    pub fn seen(&self, p: Point) -> Point {
+        let moved = |i: usize| sheared(p, i, self.shear, self.base) - self.at[i];
+        [moved(0), moved(1), p[2] / 4.0]
+    }
+
+    /// Whether a face shows the surface, whose corners are `seen`.
+    pub fn meets(&self, seen: [Point; 3]) -> bool {
+        let [a, b, c] = seen;
+        let cross = |p: Point, q: Point| p[0] * q[1] - p[1] * q[0];
+        let (u, v, w) = (cross(b, c), cross(c, a), cross(a, b));
+        let area = u + v + w;
+        if area == 0.0 || [u, v, w].iter().any(|x| x * area < 0.0) {
+            return false;
         }
-        let bare = (0..shown.len()).filter(|i| !shown[*i] && picture.is_inside(*i));
-        bare.flat_map(|i| picture.around(i)).map(|j| picture.nearest[j] - 1).collect::<Vec<_>>()
+        let z = ((u * a[2] + v * b[2] + w * c[2]) / area) as f32;
+        self.shown[0] <= z && z <= self.shown[1]
+    }
+}
+
+/// Where a point is seen along an axis, pixels.
+fn sheared(p: Point, axis: usize, shear: [f64; 2], base: i32) -> f64 {
+    (p[axis] + shear[axis] * (p[2] - 4.0 * f64::from(base))) / 4.0
+}
+
+/// Every line of sight on which `faces` leave visible voxels bare. `alpha`: faces may be transparent.
+pub fn bare(
+    voxels: &[Voxel],
+    faces: &[[Point; 3]],
+    look: Look,
+    alpha: bool,
+    stop: &Stop,
+) -> Result<Vec<Sight>, Stopped> {
+    let Some(bounds) = VoxelBounds::around(voxels) else { return Ok(Vec::new()) };
+    let found = under_all(look.shears, stop, |shear| {
+        let picture = Picture::new(voxels, &bounds, shear, |_| true);
+        let mut bare = Vec::new();
+        for offset in look.offsets {
+            let mut shown = vec![false; picture.pixels()];
+            for face in faces {
+                picture.draw(picture.seen(*face, *offset), |i, z| shown[i] |= picture.shows(i, z, alpha));
+            }
+            let open = |i: &usize| !shown[*i] && picture.is_inside(*i) && picture.layers(*i) <= look.most_layers;
+            bare.extend((0..shown.len()).filter(open).map(|i| picture.sight(i, *offset, alpha)));
+        }
+        bare
     })?;
-    let mut all = found.concat();
-    all.sort_unstable();
-    all.dedup();
-    Ok(all)
+    Ok(found.concat())
 }
 
 /// The part of voxel space that holds the visible voxels.
@@ -115,6 +176,25 @@ impl Picture {
         z <= high + BEHIND && (!alpha || low - BEHIND <= z)
     }
 
+    /// How many layers what is in front spans at a pixel and around it.
+    fn layers(&self, pixel: usize) -> f32 {
+        self.surface[pixel][1] - self.surface[pixel][0]
+    }
+
+    /// The line of sight through a pixel at the inside of a surface.
+    fn sight(&self, pixel: usize, offset: [f64; 2], alpha: bool) -> Sight {
+        let (at, [low, high]) = (self.at(pixel), self.surface[pixel]);
+        let mut voxels = [0; 9];
+        around(pixel, self.width).zip(&mut voxels).for_each(|(j, v)| *v = self.nearest[j] - 1);
+        Sight {
+            shear: self.shear,
+            base: self.base,
+            at: std::array::from_fn(|i| at[i] + f64::from(self.origin[i]) + 0.5 + offset[i]),
+            shown: [if alpha { low - BEHIND } else { f32::NEG_INFINITY }, high + BEHIND],
+            voxels,
+        }
+    }
+
     /// Layers between a face in layer `z` and what is in front at a pixel and around it.
     pub fn away(&self, pixel: usize, z: f32) -> f32 {
         let [low, high] = self.surface[pixel];
@@ -129,10 +209,8 @@ impl Picture {
     /// The corners of a face in the picture, looked at `offset` pixels beside the centres of pixels: pixels, so that these places are integers, and
     /// layers.
     pub fn seen(&self, face: [Point; 3], offset: [f64; 2]) -> [Point; 3] {
-        let base = 4.0 * f64::from(self.base);
         face.map(|p| {
-            let moved =
-                |i: usize| (p[i] + self.shear[i] * (p[2] - base)) / 4.0 - f64::from(self.origin[i]) - 0.5 - offset[i];
+            let moved = |i: usize| sheared(p, i, self.shear, self.base) - f64::from(self.origin[i]) - 0.5 - offset[i];
             [moved(0), moved(1), p[2] / 4.0]
         })
     }
@@ -140,10 +218,6 @@ impl Picture {
     /// A pixel's column and row.
     pub fn at(&self, pixel: usize) -> [f64; 2] {
         [(pixel % self.width) as f64, (pixel / self.width) as f64]
-    }
-
-    fn around(&self, pixel: usize) -> impl Iterator<Item = usize> {
-        around(pixel, self.width)
     }
 }
 
@@ -169,10 +243,17 @@ mod tests {
         (mesh.voxels.to_vec(), faces.collect())
     }
 
+    const LOOK: Look =
+        Look { shears: &[-0.5, -0.2, 0.0, 0.2, 0.5], offsets: &[[0.0; 2], [0.25, -0.25]], most_layers: f32::INFINITY };
+
+    fn found(voxels: &[Voxel], faces: &[[Point; 3]]) -> Vec<Sight> {
+        bare(voxels, faces, LOOK, false, &Stop::default()).unwrap()
+    }
+
     #[test]
     fn a_whole_surface_is_not_bare() {
         let (voxels, faces) = plane();
-        assert_eq!(bare(&voxels, &faces, false, &Stop::default()).unwrap(), Vec::<u32>::new());
+        assert_eq!(found(&voxels, &faces), Vec::new());
     }
 
     #[test]
@@ -180,14 +261,20 @@ mod tests {
         let (voxels, faces) = plane();
         let left_of = |limit: f64, t: &[Point; 3]| t.iter().all(|p| p[0] <= limit);
         let hole = |t: &[Point; 3]| t.iter().all(|p| (40.0..=52.0).contains(&p[0]) && (36.0..=44.0).contains(&p[1]));
-        let with_hole: Vec<_> = faces.iter().filter(|t| !hole(t)).copied().collect();
-        let found = bare(&voxels, &with_hole, false, &Stop::default()).unwrap();
-        assert!(!found.is_empty());
+        let (missing, with_hole): (Vec<_>, Vec<_>) = faces.iter().copied().partition(hole);
+        let sights = found(&voxels, &with_hole);
+        assert!(!sights.is_empty());
         let near = |v: &Voxel| (9..=14).contains(&v.x) && (8..=12).contains(&v.y);
-        assert!(found.iter().all(|v| near(&voxels[*v as usize])));
+        for sight in &sights {
+            assert!(sight.voxels.iter().all(|v| near(&voxels[*v as usize])));
+            let meets = |t: &[Point; 3]| sight.meets(t.map(|p| sight.seen(p)));
+            assert!(missing.iter().any(meets) && !with_hole.iter().any(meets), "{sight:?}");
+        }
+        let flat = Look { most_layers: -1.0, ..LOOK };
+        assert_eq!(bare(&voxels, &with_hole, flat, false, &Stop::default()).unwrap(), Vec::new());
         let last = voxels.iter().map(|v| v.x).max().unwrap();
         let drawn_back: Vec<_> = faces.iter().filter(|t| left_of(4.0 * f64::from(last), t)).copied().collect();
         assert!(drawn_back.len() < faces.len());
-        assert_eq!(bare(&voxels, &drawn_back, false, &Stop::default()).unwrap(), Vec::<u32>::new());
+        assert_eq!(found(&voxels, &drawn_back), Vec::new());
     }
 }

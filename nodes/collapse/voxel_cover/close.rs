@@ -72,7 +72,7 @@ impl Surface {
                 mine.sort_unstable();
                 c == mine
             };
-            ok && !around.iter().any(back) && s.cover.holds_face(corners)
+            ok && !around.iter().any(back) && s.cover.holds_face(corners, false)
         };
         let Some(chosen) = all.0[n].iter().find(|t| t.iter().all(|t| fits(self, *t))) else { return false };
         let slots: Vec<u32> = (0..chosen.len()).filter_map(|_| free.pop()).collect();

@@ -189,7 +189,7 @@ impl Surface {
             self.cover.holds(self.points[x as usize], to, outer)
         });
         let Link::Closes(x) = s.link else { return edges_hold };
-        edges_hold && self.cover.holds_face([a, b, x].map(|v| self.points[v as usize]))
+        edges_hold && self.cover.holds_face([a, b, x].map(|v| self.points[v as usize]), false)
     }
 
     /// Whether `a` can move onto `b` so that what is left is a manifold.

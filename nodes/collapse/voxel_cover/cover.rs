@@ -102,12 +102,8 @@ impl Cover {
         all.filter(|(_, demand)| *demand != Demand::Nothing)
     }
 
-    /// Whether the collected voxels' boxes hold the whole edge a–b (figure 14).
-    pub fn holds_edge(&mut self, a: Point, b: Point) -> bool {
-        self.holds_within(a, b, [self.half; 3])
-    }
-
-    /// [`Cover::holds_edge`], where an edge that ends at a boundary (`outer`) may run farther out to the sides.
+    /// Whether the collected voxels' boxes hold the whole edge a–b (figure 14). Where it ends at a boundary (`outer`), it may run farther out
+    /// to the sides.
     pub fn holds(&mut self, a: Point, b: Point, outer: bool) -> bool {
         let side = self.half + if outer { self.skirt } else { 0.0 };
         self.holds_within(a, b, [side, side, self.half])
@@ -125,14 +121,14 @@ impl Cover {
         cover_unit(&mut self.intervals)
     }
 
-    /// Whether the collected voxels' boxes hold a whole face: tried along lines from its first corner, half a voxel apart
-    /// at their ends.
-    pub fn holds_face(&mut self, [a, b, c]: [Point; 3]) -> bool {
+    /// Whether the collected voxels' boxes hold a whole face, tried along lines from its first corner, half a voxel apart
+    /// at their ends. `outer` as in [`Cover::holds`].
+    pub fn holds_face(&mut self, [a, b, c]: [Point; 3], outer: bool) -> bool {
         let length = (0..3).map(|i| (c[i] - b[i]) * (c[i] - b[i])).sum::<f64>().sqrt();
         let steps = (length / 2.0).ceil().max(1.0);
         (0..=steps as u32).all(|k| {
             let t = f64::from(k) / steps;
-            self.holds_edge(a, std::array::from_fn(|i| b[i] + (c[i] - b[i]) * t))
+            self.holds(a, std::array::from_fn(|i| b[i] + (c[i] - b[i]) * t), outer)
         })
     }
 

@@ -95,7 +95,13 @@ mod tests {
         };
         let target = faces(&with(2.0));
         let found = fit(&all, target, 1.0..=8.0, Silhouette::Geometry, &Stop::default()).unwrap();
-        assert!(faces(&found.meshes) <= target && found.factor <= 2.0, "{} faces", faces(&found.meshes));
+        // A larger factor may leave a triangle more, so that bisection may end a little beyond.
+        assert!(
+            faces(&found.meshes) <= target && found.factor <= 2.25,
+            "{} faces, {}",
+            faces(&found.meshes),
+            found.factor
+        );
         // They are what that factor makes, and say so: the error bound follows.
         assert_eq!(found.meshes, with(found.factor));
         assert!(found.meshes.iter().all(|m| m.factor == found.factor));

@@ -11,7 +11,7 @@
 //! `close`), parts that others cover go (`drop`), a vertex goes together with all its faces (`remove`), and both ends of an edge
 //! move to a third place (`merge`). In the end each vertex moves to where the surface fits best (`settle`). Then the result is
 //! looked at from all over the cell: faces that nobody sees go (`unseen`), what is left is simplified again, and gaps are looked
-//! for and patched (`patch`). All pass the same test.
+//! for and closed by single triangles (`stitch`). All lie within the same tolerance.
 //!
 //! Where alpha cuts outlines ([`Silhouette::Alpha`]), a boundary is free to run up to two voxels out of the boxes to the sides, its
 //! shape costs nothing, voxels of which no more than a trace is seen may be uncovered, and settling draws faces out over the surface's ends.
@@ -24,10 +24,10 @@ pub mod fit;
 mod merge;
 pub mod node;
 mod notch;
-mod patch;
 mod queue;
 mod remove;
 mod settle;
+mod stitch;
 #[cfg(test)]
 mod tests;
 mod topology;
@@ -67,7 +67,7 @@ pub enum Silhouette {
 }
 
 impl Silhouette {
-    /// How often the result is looked at, simplified once more and patched. Boundaries that may run out settle farther each time.
+    /// How often the result is looked at, simplified once more and stitched. Boundaries that may run out settle farther each time.
     fn rounds(self) -> u64 {
         match self {
             Self::Alpha => 4,
@@ -114,7 +114,8 @@ pub fn simplify_in_steps(
     for round in 0..rounds {
         simple = reduce(&without_unseen(&simple, stop)?, &demands, goal, stop)?;
         progress(2 + 2 * round, steps);
-        patch::patch(mesh, &mut simple, goal, stop)?;
+        let last = round + 1 == rounds;
+        stitch::stitch(&mut simple, goal, bounds(mesh, goal.skirt()), last, stop)?;
         progress(3 + 2 * round, steps);
     }
     Ok(simple)

@@ -87,7 +87,7 @@ impl Surface {
         around.sort_unstable();
         around.dedup();
         self.cover.collect(around.iter().copied());
-        if !self.cover.holds_face(corners) {
+        if !self.cover.holds_face(corners, false) {
             return false;
         }
         let slot = self.topology.push_face();

@@ -245,12 +245,13 @@ fn a_house_becomes_few_triangles() {
 }
 
 #[test]
-fn alpha_leaves_no_more_triangles_of_a_skyline() {
+fn alpha_leaves_hardly_more_triangles_of_a_skyline() {
     let solid = fields::skyline(160, 14, 10, 5);
     let all = solid_meshes(&solid);
     let alpha: usize = all.iter().map(|m| check_alpha(m, 2.0).faces.len()).sum();
     let geometry: usize = all.iter().map(|m| check(m, 2.0).faces.len()).sum();
-    assert!(alpha <= geometry, "{alpha} against {geometry}");
+    // Gaps are looked for more closely.
+    assert!(20 * alpha <= 21 * geometry, "{alpha} against {geometry}");
 }
 
 #[test]

@@ -3,11 +3,12 @@
 //! What contractions push behind other faces is seen from nowhere, but it holds on to its neighbours. The mesh is drawn under
 //! shears; a face that is never in front goes, unless a visible voxel is covered by no other.
 
-use super::patch::select;
 use crate::{
+    array::Array,
     math::{Stop, Stopped},
     voxel::{
         VoxelMesh,
+        assemble::split_bow_ties,
         shear::{draw, under_all},
         touch::Point,
     },
@@ -36,7 +37,43 @@ pub fn without_unseen(mesh: &VoxelMesh, stop: &Stop) -> Result<VoxelMesh, Stoppe
             mesh.covered_by(f).iter().for_each(|v| count[*v as usize] -= 1);
         }
     }
-    select(mesh, &(0..mesh.voxels.len() as u32).collect::<Vec<_>>(), |f| keep[f], stop)
+    select(mesh, |f| keep[f], stop)
+}
+
+/// The faces that `keep` admits, as a mesh over the same voxels.
+fn select(mesh: &VoxelMesh, keep: impl Fn(usize) -> bool, stop: &Stop) -> Result<VoxelMesh, Stopped> {
+    let (mut number, mut vertices, mut flags) = (vec![u32::MAX; mesh.vertices.len()], Vec::new(), Vec::new());
+    let (mut faces, mut start, mut cover) = (Vec::new(), vec![0], Vec::new());
+    for f in (0..mesh.faces.len()).filter(|f| keep(*f)) {
+        faces.push(mesh.faces[f].map(|v| {
+            let slot = &mut number[v as usize];
+            if *slot == u32::MAX {
+                *slot = vertices.len() as u32;
+                vertices.push(mesh.vertices[v as usize]);
+                flags.push(mesh.flags[v as usize]);
+            }
+            *slot
+        }));
+        cover.extend_from_slice(mesh.covered_by(f));
+        start.push(cover.len() as u32);
+    }
+    // Where faces are missing, two fans may be left around a vertex.
+    for v in split_bow_ties(&mut faces, vertices.len(), stop)? {
+        vertices.push(vertices[v as usize]);
+        flags.push(flags[v as usize]);
+    }
+    Ok(VoxelMesh {
+        frustum: mesh.frustum,
+        vertices: vertices.into(),
+        flags: flags.into(),
+        faces: faces.into(),
+        cover_start: start.into(),
+        cover: cover.into(),
+        voxels: Array::clone(&mesh.voxels),
+        quarters: Array::clone(&mesh.quarters),
+        factor: mesh.factor,
+        alpha: mesh.alpha,
+    })
 }
 
 /// Per face whether it is in front anywhere under any shear.

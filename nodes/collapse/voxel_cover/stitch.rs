@@ -1,0 +1,309 @@
+//! Closing gaps by single triangles.
+//!
+//! Where two boundaries face each other across a slit, each within the tolerance, the eye may pass between them. A gap is a group of lines of
+//! sight whose voxels touch each other. Triangles are tried between all vertices of the faces around it, and points a pixel outside
+//! of it: often one side is an edge of the one boundary, and the third corner lies on the other. Of those that lie within the tolerance, the
+//! one that meets most of the lines is added, until none is open. Larger gaps come first, since their triangles often close others.
+
+use super::{
+    Goal, Silhouette,
+    cover::{Boxes, Cover, Demand, Naming},
+    drop::neighbours,
+    remove::agrees,
+};
+use crate::{
+    math::{Stop, Stopped},
+    voxel::{
+        Voxel, VoxelMesh,
+        gaps::{Look, Sight, bare},
+        touch::{Point, centre, dot, normal, point, sub},
+    },
+};
+use std::{cmp::Reverse, collections::BTreeSet};
+
+/// How gaps are looked for in every round.
+const COARSE: Look =
+    Look { shears: &[-0.5, -0.35, -0.2, 0.0, 0.2, 0.35, 0.5], offsets: &[[0.0; 2]], most_layers: f32::INFINITY };
+/// And in the end: from all over the cell, and between the centres of pixels; where surfaces are continuous, since there the eye finds
+/// what is missing. A whole pixel a layer is reached at the image's edge only, from a corner of the cell.
+const FINE: Look = Look {
+    shears: &[-0.95, -0.7125, -0.475, -0.2375, 0.0, 0.2375, 0.475, 0.7125, 0.95],
+    offsets: &[[-0.25, -0.25], [0.25, 0.25]],
+    most_layers: 4.0,
+};
+/// Most vertices around a gap that triangles are tried between.
+const MOST_VERTICES: usize = 16;
+/// Most triangles for one gap.
+const MOST_TRIANGLES: usize = 8;
+/// Most lines of sight of a gap by which triangles are compared.
+const SAMPLES: usize = 256;
+/// A triangle that stays inside the boxes is preferred to one that runs out to the sides, if it meets no less than this share of its lines.
+const INSIDE: f64 = 0.5;
+
+/// Adds triangles to `mesh` where surfaces show through its gaps. `bounds`: the box that vertices stay in. `last`: nothing moves any more.
+pub fn stitch(mesh: &mut VoxelMesh, goal: Goal, bounds: [Point; 2], last: bool, stop: &Stop) -> Result<(), Stopped> {
+    let faces: Vec<_> = (0..mesh.faces.len()).map(|f| mesh.triangle(f)).collect();
+    let alpha = goal.silhouette == Silhouette::Alpha;
+    let look = |look| bare(&mesh.voxels, &faces, look, alpha, stop);
+    let mut sights = look(COARSE)?;
+    // Boundaries that end where the surface ends leave so many narrow gaps that closing them all doubles some meshes.
+    if last && alpha {
+        sights.extend(look(FINE)?);
+    }
+    if sights.is_empty() {
+        return Ok(());
+    }
+    let boxes = Boxes { half: 2.0 * goal.factor, skirt: goal.skirt() };
+    let demands = vec![Demand::Nothing; mesh.voxels.len()];
+    let mut cover = Cover::new(&mesh.voxels, demands, boxes, &mesh.cover_start, mesh.cover.to_vec());
+    let naming = cover.faces_by_voxel();
+    let mut added: Vec<[Place; 3]> = Vec::new();
+    for mut gap in gaps(&mesh.voxels, sights) {
+        gap.retain(|s| !added.iter().any(|t| meets(s, *t)));
+        let mut around = None;
+        for _ in 0..MOST_TRIANGLES {
+            stop.check()?;
+            if gap.is_empty() {
+                break;
+            }
+            let around = around.get_or_insert_with(|| Surroundings::of(&gap, mesh, &naming, bounds, &mut cover));
+            let Some(corners) = around.best(&gap, &mut cover) else { break };
+            gap.retain(|s| !meets(s, corners));
+            cover.push_face();
+            cover.add((mesh.faces.len() + added.len()) as u32, corners.map(point));
+            added.push(corners);
+        }
+    }
+    append(mesh, &added, &cover);
+    Ok(())
+}
+
+/// A place of the lattice that vertices lie on: quarter pixels and layers.
+type Place = [i32; 3];
+
+fn meets(sight: &Sight, corners: [Place; 3]) -> bool {
+    sight.meets(corners.map(|p| sight.seen(point(p))))
+}
+
+/// What lies around a gap.
+struct Surroundings {
+    /// Between which triangles are tried.
+    places: Vec<Place>,
+    /// Sum of the normals of the faces.
+    normal: Point,
+}
+
+impl Surroundings {
+    /// Collects the voxels around the gap as those that triangles must stay near.
+    fn of(gap: &[Sight], mesh: &VoxelMesh, naming: &Naming, bounds: [Point; 2], cover: &mut Cover) -> Self {
+        let near: BTreeSet<u32> = gap.iter().flat_map(|s| s.voxels).collect();
+        let near: BTreeSet<u32> = near.iter().flat_map(|v| neighbours(&mesh.voxels, *v)).collect();
+        let faces: BTreeSet<u32> = near.iter().flat_map(|v| naming.of(*v)).copied().collect();
+        // Those that were added meanwhile are no faces of the mesh yet.
+        cover.collect(faces.iter().copied());
+        let normal = faces.iter().fold([0.0; 3], |sum, f| {
+            let [a, b, c] = mesh.triangle(*f as usize);
+            let n = normal(a, b, c);
+            std::array::from_fn(|i| sum[i] + n[i])
+        });
+        let centres: Vec<Point> = near.iter().map(|v| centre(&mesh.voxels[*v as usize])).collect();
+        let middle: Point = std::array::from_fn(|i| centres.iter().map(|c| c[i]).sum::<f64>() / centres.len() as f64);
+        let vertices: BTreeSet<Place> =
+            faces.iter().flat_map(|f| mesh.faces[*f as usize]).map(|v| mesh.vertices[v as usize]).collect();
+        let mut places: Vec<Place> = vertices.into_iter().collect();
+        places.sort_by(|a, b| squared(point(*a), middle).total_cmp(&squared(point(*b), middle)));
+        places.truncate(MOST_VERTICES);
+        let fronts: BTreeSet<u32> = gap.iter().map(Sight::voxel).collect();
+        let fronts = fronts.iter().map(|v| centre(&mesh.voxels[*v as usize]));
+        places.extend(outside(fronts, &centres, bounds));
+        Self { places, normal }
+    }
+
+    /// The triangle that meets most of the lines of sight, the smallest of those; `None` where none that is allowed meets any.
+    fn best(&self, gap: &[Sight], cover: &mut Cover) -> Option<[Place; 3]> {
+        let every = gap.len().div_ceil(SAMPLES);
+        let points: Vec<Point> = self.places.iter().map(|p| point(*p)).collect();
+        let seen: Vec<(&Sight, Vec<Point>)> =
+            gap.iter().step_by(every).map(|s| (s, points.iter().map(|p| s.seen(*p)).collect())).collect();
+        let mut found = Vec::new();
+        for k in 2..points.len() {
+            for j in 1..k {
+                for i in 0..j {
+                    let count = seen.iter().filter(|(s, seen)| s.meets([seen[i], seen[j], seen[k]])).count();
+                    if count > 0 {
+                        let sides = [[i, j], [j, k], [k, i]].map(|[p, q]| squared(points[p], points[q]).sqrt());
+                        found.push((count, sides.iter().sum::<f64>(), [i, j, k]));
+                    }
+                }
+            }
+        }
+        found.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.total_cmp(&b.1)));
+        let mut outer: Option<(usize, [usize; 3])> = None;
+        for (count, _, [i, j, k]) in found {
+            if outer.is_some_and(|(most, _)| (count as f64) < INSIDE * most as f64) {
+                break;
+            }
+            // It shows the side that the faces around it show.
+            let sides = [[i, j, k], [i, k, j]];
+            let Some(corners) = sides.into_iter().find(|t| agrees(t.map(|i| points[i]), self.normal)) else { continue };
+            let triangle = corners.map(|i| points[i]);
+            let mut holds = |outer| cover.holds_face(triangle, outer) && cover.holds(triangle[1], triangle[2], outer);
+            if holds(false) {
+                return Some(corners.map(|i| self.places[i]));
+            }
+            if outer.is_none() && holds(true) {
+                outer = Some((count, corners));
+            }
+        }
+        outer.map(|(_, corners)| corners.map(|i| self.places[i]))
+    }
+}
+
+/// Eight places a pixel outside of the box around `fronts`, in the layers of those of `centres` that lie nearest to the sides.
+fn outside(fronts: impl Iterator<Item = Point>, centres: &[Point], bounds: [Point; 2]) -> Vec<Place> {
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for c in fronts {
+        low = std::array::from_fn(|i| low[i].min(c[i] - 4.0));
+        high = std::array::from_fn(|i| high[i].max(c[i] + 4.0));
+    }
+    let at = |i: usize, step: usize| match step {
+        0 => low[i],
+        1 => ((low[i] + high[i]) / 2.0).round(),
+        _ => high[i],
+    };
+    let steps = [[0, 0], [1, 0], [2, 0], [2, 1], [2, 2], [1, 2], [0, 2], [0, 1]];
+    let places = steps.iter().filter_map(|step| {
+        let to: [f64; 2] = std::array::from_fn(|i| at(i, step[i]).clamp(bounds[0][i], bounds[1][i]));
+        let away = |c: &Point| (c[0] - to[0]) * (c[0] - to[0]) + (c[1] - to[1]) * (c[1] - to[1]);
+        let nearest = centres.iter().min_by(|a, b| away(a).total_cmp(&away(b)))?;
+        Some([to[0] as i32, to[1] as i32, (nearest[2] / 4.0) as i32])
+    });
+    places.collect()
+}
+
+fn squared(a: Point, b: Point) -> f64 {
+    let along = sub(a, b);
+    dot(along, along)
+}
+
+/// Lines of sight by gap, the largest first: those are in one whose voxels in front touch each other.
+fn gaps(voxels: &[Voxel], sights: Vec<Sight>) -> Vec<Vec<Sight>> {
+    let fronts: Vec<u32> = sights.iter().map(Sight::voxel).collect::<BTreeSet<_>>().into_iter().collect();
+    let mut gap = vec![usize::MAX; fronts.len()];
+    let (mut count, mut open) = (0, Vec::new());
+    for first in 0..fronts.len() {
+        if gap[first] != usize::MAX {
+            continue;
+        }
+        gap[first] = count;
+        open.push(first);
+        while let Some(i) = open.pop() {
+            for j in neighbours(voxels, fronts[i]).filter_map(|v| fronts.binary_search(&v).ok()) {
+                if gap[j] == usize::MAX {
+                    gap[j] = count;
+                    open.push(j);
+                }
+            }
+        }
+        count += 1;
+    }
+    let mut all = vec![Vec::new(); count];
+    for s in sights {
+        let front = fronts.partition_point(|v| *v < s.voxel());
+        all[gap[front]].push(s);
+    }
+    all.sort_by_key(|gap| Reverse(gap.len()));
+    all
+}
+
+/// Adds faces with vertices of their own; `cover` has their lists.
+fn append(mesh: &mut VoxelMesh, added: &[[Place; 3]], cover: &Cover) {
+    let first = mesh.vertices.len() as u32;
+    let faces = (0..added.len() as u32).map(|i| [0, 1, 2].map(|k| first + 3 * i + k));
+    let (mut start, mut list) = (mesh.cover_start.to_vec(), mesh.cover.to_vec());
+    for f in mesh.faces.len()..mesh.faces.len() + added.len() {
+        let from = list.len();
+        list.extend_from_slice(cover.list(f as u32));
+        list[from..].sort_unstable();
+        start.push(list.len() as u32);
+    }
+    mesh.faces = mesh.faces.iter().copied().chain(faces).collect();
+    mesh.vertices = mesh.vertices.iter().copied().chain(added.iter().flatten().copied()).collect();
+    mesh.flags = mesh.flags.iter().copied().chain(added.iter().flatten().map(|_| 0)).collect();
+    mesh.cover_start = start.into();
+    mesh.cover = list.into();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{sample_fields as fields, voxel::cover_mesh::cover_meshes};
+
+    const TWO_ROUNDS_OUT: [Point; 2] = [[-8.0, -8.0, 0.0], [200.0, 200.0, 40.0]];
+
+    /// A wall whose faces in a part of it are missing.
+    fn wall(missing: impl Fn([Point; 3]) -> bool) -> VoxelMesh {
+        let mut solid = fields::Solid::new(40, 24, 3);
+        solid.patch([2.0, 2.0, 0.0], [36.0, 0.0, 2.0], [0.0, 20.0, 0.0]);
+        let slices = fields::slices(solid.size, solid.layers);
+        let (_, mesh) = cover_meshes(&slices, &[&solid.field()], &Stop::default()).unwrap().remove(0);
+        let kept: Vec<usize> = (0..mesh.faces.len()).filter(|f| !missing(mesh.triangle(*f))).collect();
+        let lists = kept.iter().map(|f| mesh.covered_by(*f));
+        let start = lists.clone().scan(0, |sum, l| {
+            *sum += l.len() as u32;
+            Some(*sum)
+        });
+        VoxelMesh {
+            faces: kept.iter().map(|f| mesh.faces[*f]).collect(),
+            cover_start: std::iter::once(0).chain(start).collect(),
+            cover: lists.flatten().copied().collect(),
+            ..mesh
+        }
+    }
+
+    fn open(mesh: &VoxelMesh) -> usize {
+        let faces: Vec<_> = (0..mesh.faces.len()).map(|f| mesh.triangle(f)).collect();
+        bare(&mesh.voxels, &faces, COARSE, true, &Stop::default()).unwrap().len()
+    }
+
+    #[test]
+    fn a_slit_closes_within_the_tolerance() {
+        let within = |t: [Point; 3], low: f64, high: f64| t.iter().all(|p| (low..=high).contains(&p[0]));
+        let mut mesh = wall(|t| within(t, 60.0, 66.0));
+        let before = mesh.clone();
+        assert!(open(&mesh) > 0);
+        let goal = Goal { factor: 2.0, silhouette: Silhouette::Alpha };
+        stitch(&mut mesh, goal, TWO_ROUNDS_OUT, true, &Stop::default()).unwrap();
+        mesh.validate().unwrap();
+        let added = before.faces.len()..mesh.faces.len();
+        assert_eq!(open(&mesh), 0);
+        assert!((1..=4).contains(&added.len()), "{added:?}");
+        assert_eq!(mesh.faces[..before.faces.len()], before.faces[..]);
+        for f in added {
+            assert!(within(mesh.triangle(f), 40.0, 86.0) && !mesh.covered_by(f).is_empty(), "{:?}", mesh.triangle(f));
+        }
+    }
+
+    #[test]
+    fn what_is_whole_stays_as_it_is() {
+        let mut mesh = wall(|_| false);
+        let before = mesh.clone();
+        for silhouette in [Silhouette::Alpha, Silhouette::Geometry] {
+            stitch(&mut mesh, Goal { factor: 2.0, silhouette }, TWO_ROUNDS_OUT, true, &Stop::default()).unwrap();
+            assert_eq!(mesh.faces, before.faces);
+        }
+    }
+
+    #[test]
+    fn gaps_are_apart_and_the_largest_comes_first() {
+        let around = |t: [Point; 3], x: f64| t.iter().all(|p| (p[0] - x).abs() <= 3.0);
+        let mesh = wall(|t| around(t, 30.0) && t.iter().all(|p| (40.0..60.0).contains(&p[1])) || around(t, 90.0));
+        let faces: Vec<_> = (0..mesh.faces.len()).map(|f| mesh.triangle(f)).collect();
+        let sights = bare(&mesh.voxels, &faces, COARSE, true, &Stop::default()).unwrap();
+        let all = gaps(&mesh.voxels, sights.clone());
+        assert_eq!(all.len(), 2);
+        assert!(all[0].len() > all[1].len() && all[0].len() + all[1].len() == sights.len());
+        let x = |s: &Sight| mesh.voxels[s.voxel() as usize].x;
+        assert!(all[0].iter().all(|s| x(s) > 15) && all[1].iter().all(|s| x(s) < 15));
+    }
+}
