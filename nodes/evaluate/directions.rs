@@ -94,7 +94,7 @@ pub struct Directions;
 impl Node for Directions {
     const KIND: &'static str = "evaluate";
     const METHOD: &'static str = "directions";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
     type Params = Params;
     type In = In;
     type Out = Out;

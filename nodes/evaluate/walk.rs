@@ -134,7 +134,7 @@ pub struct Walk;
 impl Node for Walk {
     const KIND: &'static str = "evaluate";
     const METHOD: &'static str = "walk";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     type Params = Params;
     type In = In;
     type Out = Out;

@@ -58,11 +58,11 @@ use unseen::without_unseen;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Silhouette {
-    /// Faces run out over the surface's ends, and the texture's alpha cuts them there: finer outlines and fewer triangles, but single pixels may show
-    /// through. For consumers with an alpha test.
+    /// Faces run out over the surface's ends, and the texture's alpha cuts them there: finer outlines and mostly fewer triangles. For consumers
+    /// with an alpha test.
+    #[default]
     Alpha,
     /// Faces end where the surface ends, textures are opaque.
-    #[default]
     Geometry,
 }
 
