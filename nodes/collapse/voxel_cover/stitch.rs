@@ -37,6 +37,8 @@ const MOST_VERTICES: usize = 16;
 const MOST_TRIANGLES: usize = 8;
 /// Most lines of sight of a gap by which triangles are compared.
 const SAMPLES: usize = 256;
+/// Most triangles of a gap that are tested against the boxes: where those that meet most lie outside, others hardly do better.
+const MOST_TESTS: usize = 64;
 /// A triangle that stays inside the boxes is preferred to one that runs out to the sides, if it meets no less than this share of its lines.
 const INSIDE: f64 = 0.5;
 
@@ -139,7 +141,7 @@ impl Surroundings {
         }
         found.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.total_cmp(&b.1)));
         let mut outer: Option<(usize, [usize; 3])> = None;
-        for (count, _, [i, j, k]) in found {
+        for (count, _, [i, j, k]) in found.into_iter().take(MOST_TESTS) {
             if outer.is_some_and(|(most, _)| (count as f64) < INSIDE * most as f64) {
                 break;
             }
