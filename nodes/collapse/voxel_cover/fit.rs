@@ -95,13 +95,11 @@ mod tests {
         };
         let target = faces(&with(2.0));
         let found = fit(&all, target, 1.0..=8.0, Silhouette::Geometry, &Stop::default()).unwrap();
-        // A larger factor may leave a triangle more, so that bisection may end a little beyond.
-        assert!(
-            faces(&found.meshes) <= target && found.factor <= 2.25,
-            "{} faces, {}",
-            faces(&found.meshes),
-            found.factor
-        );
+        assert!(faces(&found.meshes) <= target, "{} faces", faces(&found.meshes));
+        // The count is not quite monotone in the factor, so that bisection may pass one that leaves a few less; none leaves many less.
+        for k in (16..).map(|k| f64::from(k) / 16.0).take_while(|k| *k < found.factor).step_by(4) {
+            assert!(faces(&with(k)) as f64 > 0.9 * target as f64, "{} faces at {k}, {}", faces(&with(k)), found.factor);
+        }
         // They are what that factor makes, and say so: the error bound follows.
         assert_eq!(found.meshes, with(found.factor));
         assert!(found.meshes.iter().all(|m| m.factor == found.factor));

@@ -55,7 +55,10 @@ impl Surface {
         let open = self.topology.is_boundary(a) || self.topology.is_boundary(b);
         let mut new = Vec::with_capacity(kept.len());
         let ends = [self.points[a as usize], self.points[b as usize]];
-        for place in ends.into_iter().flat_map(|p| around(p, STRIDE)) {
+        // Where alpha cuts outlines a boundary has farther to go.
+        let farther = (open && self.alpha).then_some(OUTER_STRIDE);
+        let strides = std::iter::once(STRIDE).chain(farther);
+        for place in strides.flat_map(|stride| ends.into_iter().flat_map(move |p| around(p, stride))) {
             if !self.in_bounds(place) {
                 continue;
             }
@@ -88,6 +91,8 @@ impl Surface {
 
 /// How far to a side places are tried, quarter pixels: what measured best.
 const STRIDE: f64 = 3.0;
+/// And in a second try, where alpha cuts outlines, at boundaries.
+const OUTER_STRIDE: f64 = 6.0;
 
 /// A point and the lattice points beside it: `stride` quarter pixels and a layer to each side.
 pub fn around(p: Point, stride: f64) -> impl Iterator<Item = Point> {

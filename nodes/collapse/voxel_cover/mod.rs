@@ -9,9 +9,9 @@
 //! The paper moves one end of an edge onto the other, the shortest edge first, on whatever mesh that makes. Here meshes stay
 //! manifolds, and where that alone would forbid too much: slits and holes smaller than the tolerance are closed (`notch`,
 //! `close`), parts that others cover go (`drop`), a vertex goes together with all its faces (`remove`), and both ends of an edge
-//! move to a third place (`merge`). In the end each vertex moves to where the surface fits best (`settle`). Then the result is
-//! looked at from all over the cell: faces that nobody sees go (`unseen`), what is left is simplified again, and gaps are looked
-//! for and closed by single triangles (`stitch`). All lie within the same tolerance.
+//! move to a third place (`merge`). In the end each vertex moves to where the surface fits best (`settle`), which leaves room for more: faces
+//! that nobody in the cell sees go (`unseen`), and what is left is simplified again, as long as that is worth it. Then the result is
+//! looked at from all over the cell, and gaps are closed by single triangles (`lines`, `stitch`). All lie within the same tolerance.
 //!
 //! Where alpha cuts outlines ([`Silhouette::Alpha`]), a boundary is free to run up to two voxels out of the boxes to the sides, its
 //! shape costs nothing, voxels of which no more than a trace is seen may be uncovered, and settling draws faces out over the surface's ends.
@@ -21,6 +21,7 @@ mod contract;
 mod cover;
 mod drop;
 pub mod fit;
+mod lines;
 mod merge;
 pub mod node;
 mod notch;
@@ -66,15 +67,10 @@ pub enum Silhouette {
     Geometry,
 }
 
-impl Silhouette {
-    /// How often the result is looked at, simplified once more and stitched. Boundaries that may run out settle farther each time.
-    fn rounds(self) -> u64 {
-        match self {
-            Self::Alpha => 4,
-            Self::Geometry => 2,
-        }
-    }
-}
+/// How often the result is simplified once more at most: vertices that have settled have room again.
+const MOST_ROUNDS: u64 = 8;
+/// A round that leaves a larger share of the faces is the last one.
+const WORTH_ANOTHER: f64 = 0.97;
 
 /// What a mesh is simplified to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,18 +102,20 @@ pub fn simplify_in_steps(
     stop: &Stop,
     progress: &dyn Fn(u64, u64),
 ) -> Result<VoxelMesh, Stopped> {
-    let rounds = goal.silhouette.rounds();
-    let steps = 1 + 2 * rounds;
     let demands = demands(mesh, goal);
+    let steps = MOST_ROUNDS + 2;
     let mut simple = reduce(mesh, &demands, goal, stop)?;
     progress(1, steps);
-    for round in 0..rounds {
+    for round in 0..MOST_ROUNDS {
+        let before = simple.faces.len();
         simple = reduce(&without_unseen(&simple, stop)?, &demands, goal, stop)?;
-        progress(2 + 2 * round, steps);
-        let last = round + 1 == rounds;
-        stitch::stitch(&mut simple, goal, bounds(mesh, goal.skirt()), last, stop)?;
-        progress(3 + 2 * round, steps);
+        progress(2 + round, steps);
+        if simple.faces.len() as f64 > WORTH_ANOTHER * before as f64 {
+            break;
+        }
     }
+    stitch::stitch(&mut simple, goal, bounds(mesh, goal.skirt()), stop)?;
+    progress(steps, steps);
     Ok(simple)
 }
 

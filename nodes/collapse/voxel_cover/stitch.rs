@@ -1,31 +1,32 @@
 //! Closing gaps by single triangles.
 //!
 //! Where two boundaries face each other across a slit, each within the tolerance, the eye may pass between them. A gap is a group of lines of
-//! sight whose voxels touch each other. Triangles are tried between all vertices of the faces around it, and points a pixel outside
-//! of it: often one side is an edge of the one boundary, and the third corner lies on the other. Of those that lie within the tolerance, the
-//! one that meets most of the lines is added, until none is open. Larger gaps come first, since their triangles often close others.
+//! sight whose voxels touch each other. Triangles are tried between all vertices of the faces around it, and points outside
+//! of it: often one side is an edge of the one boundary, and the third corner lies on the other. Of those that lie within the tolerance and meet a line of the
+//! gap, the one that meets most lines is added, those of other gaps included, until none of the gap is open. Larger gaps come first.
 
 use super::{
     Goal, Silhouette,
     cover::{Boxes, Cover, Demand, Naming},
     drop::neighbours,
+    lines::{Lines, Place, gaps},
     remove::agrees,
 };
 use crate::{
     math::{Stop, Stopped},
     voxel::{
-        Voxel, VoxelMesh,
+        VoxelMesh,
         gaps::{Look, Sight, bare},
         touch::{Point, centre, dot, normal, point, sub},
     },
 };
-use std::{cmp::Reverse, collections::BTreeSet};
+use std::collections::BTreeSet;
 
-/// How gaps are looked for in every round.
+/// How gaps are looked for, whatever the surface.
 const COARSE: Look =
-    Look { shears: &[-0.5, -0.35, -0.2, 0.0, 0.2, 0.35, 0.5], offsets: &[[0.0; 2]], most_layers: f32::INFINITY };
-/// And in the end: from all over the cell, and between the centres of pixels; where surfaces are continuous, since there the eye finds
-/// what is missing. A whole pixel a layer is reached at the image's edge only, from a corner of the cell.
+    Look { shears: &[-0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75], offsets: &[[0.0; 2]], most_layers: f32::INFINITY };
+/// And where alpha cuts outlines: from all over the cell, and between the centres of pixels; where surfaces are continuous, since there the
+/// eye finds what is missing. A whole pixel a layer is reached at the image's edge only, from a corner of the cell.
 const FINE: Look = Look {
     shears: &[-0.95, -0.7125, -0.475, -0.2375, 0.0, 0.2375, 0.475, 0.7125, 0.95],
     offsets: &[[-0.25, -0.25], [0.25, 0.25]],
@@ -42,14 +43,14 @@ const MOST_TESTS: usize = 64;
 /// A triangle that stays inside the boxes is preferred to one that runs out to the sides, if it meets no less than this share of its lines.
 const INSIDE: f64 = 0.5;
 
-/// Adds triangles to `mesh` where surfaces show through its gaps. `bounds`: the box that vertices stay in. `last`: nothing moves any more.
-pub fn stitch(mesh: &mut VoxelMesh, goal: Goal, bounds: [Point; 2], last: bool, stop: &Stop) -> Result<(), Stopped> {
+/// Adds triangles to `mesh` where surfaces show through its gaps. `bounds`: the box that vertices stay in.
+pub fn stitch(mesh: &mut VoxelMesh, goal: Goal, bounds: [Point; 2], stop: &Stop) -> Result<(), Stopped> {
     let faces: Vec<_> = (0..mesh.faces.len()).map(|f| mesh.triangle(f)).collect();
     let alpha = goal.silhouette == Silhouette::Alpha;
     let look = |look| bare(&mesh.voxels, &faces, look, alpha, stop);
     let mut sights = look(COARSE)?;
-    // Boundaries that end with the surface leave so many narrow gaps that closing them all takes a fifth more triangles.
-    if last && alpha {
+    // Boundaries that end with the surface leave so many narrow gaps that closing them all takes an eighth more triangles.
+    if alpha {
         sights.extend(look(FINE)?);
     }
     if sights.is_empty() {
@@ -59,18 +60,21 @@ pub fn stitch(mesh: &mut VoxelMesh, goal: Goal, bounds: [Point; 2], last: bool, 
     let demands = vec![Demand::Nothing; mesh.voxels.len()];
     let mut cover = Cover::new(&mesh.voxels, demands, boxes, &mesh.cover_start, mesh.cover.to_vec());
     let naming = cover.faces_by_voxel();
+    let gaps = gaps(&mesh.voxels, sights);
+    let mut lines = Lines::new(&mesh.voxels, &gaps);
     let mut added: Vec<[Place; 3]> = Vec::new();
-    for mut gap in gaps(&mesh.voxels, sights) {
-        gap.retain(|s| !added.iter().any(|t| meets(s, *t)));
-        let mut around = None;
+    for number in 0..gaps.len() {
         for _ in 0..MOST_TRIANGLES {
             stop.check()?;
-            if gap.is_empty() {
+            if lines.open(number).next().is_none() {
                 break;
             }
-            let around = around.get_or_insert_with(|| Surroundings::of(&gap, mesh, &naming, bounds, &mut cover));
-            let Some(corners) = around.best(&gap, &mut cover) else { break };
-            gap.retain(|s| !meets(s, corners));
+            let gap: Vec<Sight> = lines.open(number).copied().collect();
+            let found = [Reach::Near, Reach::Far].into_iter().find_map(|reach| {
+                Surroundings::of(&gap, mesh, &naming, reach, bounds, &mut cover).best(number, &lines, &mut cover)
+            });
+            let Some(corners) = found else { break };
+            lines.close(number, corners);
             cover.push_face();
             cover.add((mesh.faces.len() + added.len()) as u32, corners.map(point));
             added.push(corners);
@@ -80,11 +84,14 @@ pub fn stitch(mesh: &mut VoxelMesh, goal: Goal, bounds: [Point; 2], last: bool, 
     Ok(())
 }
 
-/// A place of the lattice that vertices lie on: quarter pixels and layers.
-type Place = [i32; 3];
-
-fn meets(sight: &Sight, corners: [Place; 3]) -> bool {
-    sight.meets(corners.map(|p| sight.seen(point(p))))
+/// Where places outside of a gap are tried.
+#[derive(Clone, Copy)]
+enum Reach {
+    /// A pixel away, in the layers of the voxels around it.
+    Near,
+    /// Two pixels away, in the layers of the gap's own voxels: where the voxels around lie in other layers, lines of sight that come in
+    /// at an angle pass by.
+    Far,
 }
 
 /// What lies around a gap.
@@ -97,7 +104,14 @@ struct Surroundings {
 
 impl Surroundings {
     /// Collects the voxels around the gap as those that triangles must stay near.
-    fn of(gap: &[Sight], mesh: &VoxelMesh, naming: &Naming, bounds: [Point; 2], cover: &mut Cover) -> Self {
+    fn of(
+        gap: &[Sight],
+        mesh: &VoxelMesh,
+        naming: &Naming,
+        reach: Reach,
+        bounds: [Point; 2],
+        cover: &mut Cover,
+    ) -> Self {
         let near: BTreeSet<u32> = gap.iter().flat_map(|s| s.voxels).collect();
         let near: BTreeSet<u32> = near.iter().flat_map(|v| neighbours(&mesh.voxels, *v)).collect();
         let faces: BTreeSet<u32> = near.iter().flat_map(|v| naming.of(*v)).copied().collect();
@@ -116,25 +130,29 @@ impl Surroundings {
         places.sort_by(|a, b| squared(point(*a), middle).total_cmp(&squared(point(*b), middle)));
         places.truncate(MOST_VERTICES);
         let fronts: BTreeSet<u32> = gap.iter().map(Sight::voxel).collect();
-        let fronts = fronts.iter().map(|v| centre(&mesh.voxels[*v as usize]));
-        places.extend(outside(fronts, &centres, bounds));
+        let fronts: Vec<Point> = fronts.iter().map(|v| centre(&mesh.voxels[*v as usize])).collect();
+        places.extend(match reach {
+            Reach::Near => outside(&fronts, 4.0, &centres, bounds),
+            Reach::Far => outside(&fronts, 8.0, &fronts, bounds),
+        });
         Self { places, normal }
     }
 
-    /// The triangle that meets most of the lines of sight, the smallest of those; `None` where none that is allowed meets any.
-    fn best(&self, gap: &[Sight], cover: &mut Cover) -> Option<[Place; 3]> {
-        let every = gap.len().div_ceil(SAMPLES);
+    /// The triangle that meets most of the open lines of a gap and of later ones, the smallest of those; `None` where none that is allowed meets
+    /// any of the gap.
+    fn best(&self, gap: usize, lines: &Lines, cover: &mut Cover) -> Option<[Place; 3]> {
         let points: Vec<Point> = self.places.iter().map(|p| point(*p)).collect();
-        let seen: Vec<(&Sight, Vec<Point>)> =
-            gap.iter().step_by(every).map(|s| (s, points.iter().map(|p| s.seen(*p)).collect())).collect();
+        let own = seen(lines.open(gap).collect(), &points);
+        let beside = seen(lines.beside(gap, &self.places).collect(), &points);
         let mut found = Vec::new();
         for k in 2..points.len() {
             for j in 1..k {
                 for i in 0..j {
-                    let count = seen.iter().filter(|(s, seen)| s.meets([seen[i], seen[j], seen[k]])).count();
+                    let met = |(s, seen): &&Seen| s.meets([seen[i], seen[j], seen[k]]);
+                    let count = own.iter().filter(met).count();
                     if count > 0 {
                         let sides = [[i, j], [j, k], [k, i]].map(|[p, q]| squared(points[p], points[q]).sqrt());
-                        found.push((count, sides.iter().sum::<f64>(), [i, j, k]));
+                        found.push((count + beside.iter().filter(met).count(), sides.iter().sum::<f64>(), [i, j, k]));
                     }
                 }
             }
@@ -161,12 +179,21 @@ impl Surroundings {
     }
 }
 
-/// Eight places a pixel outside of the box around `fronts`, in the layers of those of `centres` that lie nearest to the sides.
-fn outside(fronts: impl Iterator<Item = Point>, centres: &[Point], bounds: [Point; 2]) -> Vec<Place> {
+/// A line of sight, and points as they are seen along it.
+type Seen<'a> = (&'a Sight, Vec<Point>);
+
+/// A sample of lines of sight.
+fn seen<'a>(lines: Vec<&'a Sight>, points: &[Point]) -> Vec<Seen<'a>> {
+    let every = lines.len().div_ceil(SAMPLES).max(1);
+    lines.into_iter().step_by(every).map(|s| (s, points.iter().map(|p| s.seen(*p)).collect())).collect()
+}
+
+/// Eight places outside of the box around `fronts`, `margin` quarter pixels away, in the layers of those of `centres` that lie nearest to the sides.
+fn outside(fronts: &[Point], margin: f64, centres: &[Point], bounds: [Point; 2]) -> Vec<Place> {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for c in fronts {
-        low = std::array::from_fn(|i| low[i].min(c[i] - 4.0));
-        high = std::array::from_fn(|i| high[i].max(c[i] + 4.0));
+        low = std::array::from_fn(|i| low[i].min(c[i] - margin));
+        high = std::array::from_fn(|i| high[i].max(c[i] + margin));
     }
     let at = |i: usize, step: usize| match step {
         0 => low[i],
@@ -186,36 +213,6 @@ fn outside(fronts: impl Iterator<Item = Point>, centres: &[Point], bounds: [Poin
 fn squared(a: Point, b: Point) -> f64 {
     let along = sub(a, b);
     dot(along, along)
-}
-
-/// Lines of sight by gap, the largest first: those are in one whose voxels in front touch each other.
-fn gaps(voxels: &[Voxel], sights: Vec<Sight>) -> Vec<Vec<Sight>> {
-    let fronts: Vec<u32> = sights.iter().map(Sight::voxel).collect::<BTreeSet<_>>().into_iter().collect();
-    let mut gap = vec![usize::MAX; fronts.len()];
-    let (mut count, mut open) = (0, Vec::new());
-    for first in 0..fronts.len() {
-        if gap[first] != usize::MAX {
-            continue;
-        }
-        gap[first] = count;
-        open.push(first);
-        while let Some(i) = open.pop() {
-            for j in neighbours(voxels, fronts[i]).filter_map(|v| fronts.binary_search(&v).ok()) {
-                if gap[j] == usize::MAX {
-                    gap[j] = count;
-                    open.push(j);
-                }
-            }
-        }
-        count += 1;
-    }
-    let mut all = vec![Vec::new(); count];
-    for s in sights {
-        let front = fronts.partition_point(|v| *v < s.voxel());
-        all[gap[front]].push(s);
-    }
-    all.sort_by_key(|gap| Reverse(gap.len()));
-    all
 }
 
 /// Adds faces with vertices of their own; `cover` has their lists.
@@ -241,7 +238,7 @@ mod tests {
     use super::*;
     use crate::{sample_fields as fields, voxel::cover_mesh::cover_meshes};
 
-    const TWO_ROUNDS_OUT: [Point; 2] = [[-8.0, -8.0, 0.0], [200.0, 200.0, 40.0]];
+    const TWO_VOXELS_OUT: [Point; 2] = [[-8.0, -8.0, 0.0], [200.0, 200.0, 40.0]];
 
     /// A wall whose faces in a part of it are missing.
     fn wall(missing: impl Fn([Point; 3]) -> bool) -> VoxelMesh {
@@ -275,7 +272,7 @@ mod tests {
         let before = mesh.clone();
         assert!(open(&mesh) > 0);
         let goal = Goal { factor: 2.0, silhouette: Silhouette::Alpha };
-        stitch(&mut mesh, goal, TWO_ROUNDS_OUT, true, &Stop::default()).unwrap();
+        stitch(&mut mesh, goal, TWO_VOXELS_OUT, &Stop::default()).unwrap();
         mesh.validate().unwrap();
         let added = before.faces.len()..mesh.faces.len();
         assert_eq!(open(&mesh), 0);
@@ -291,7 +288,7 @@ mod tests {
         let mut mesh = wall(|_| false);
         let before = mesh.clone();
         for silhouette in [Silhouette::Alpha, Silhouette::Geometry] {
-            stitch(&mut mesh, Goal { factor: 2.0, silhouette }, TWO_ROUNDS_OUT, true, &Stop::default()).unwrap();
+            stitch(&mut mesh, Goal { factor: 2.0, silhouette }, TWO_VOXELS_OUT, &Stop::default()).unwrap();
             assert_eq!(mesh.faces, before.faces);
         }
     }
@@ -307,5 +304,31 @@ mod tests {
         assert!(all[0].len() > all[1].len() && all[0].len() + all[1].len() == sights.len());
         let x = |s: &Sight| mesh.voxels[s.voxel() as usize].x;
         assert!(all[0].iter().all(|s| x(s) > 15) && all[1].iter().all(|s| x(s) < 15));
+    }
+
+    /// Against all lines, with the triangles that the wall lacks.
+    #[test]
+    fn a_triangle_closes_the_lines_that_it_meets() {
+        let around = |t: [Point; 3], x: f64| t.iter().all(|p| (p[0] - x).abs() <= 3.0);
+        let hole = |t: [Point; 3]| [30.0, 44.0, 90.0].iter().any(|x| around(t, *x));
+        let (whole, mesh) = (wall(|_| false), wall(hole));
+        let faces: Vec<_> = (0..mesh.faces.len()).map(|f| mesh.triangle(f)).collect();
+        let all = gaps(&mesh.voxels, bare(&mesh.voxels, &faces, COARSE, true, &Stop::default()).unwrap());
+        assert!(all.len() > 1);
+        let mut lines = Lines::new(&mesh.voxels, &all);
+        let (mut closed, mut beside) = (0, 0);
+        for f in (0..whole.faces.len()).filter(|f| hole(whole.triangle(*f))) {
+            let corners = whole.faces[f].map(|v| whole.vertices[v as usize]);
+            let open = |lines: &Lines| -> Vec<Sight> { (0..all.len()).flat_map(|g| lines.open(g).copied()).collect() };
+            let before = open(&lines);
+            beside += lines.beside(0, &corners).count();
+            lines.close(0, corners);
+            let meets = |s: &Sight| s.meets(corners.map(|p| s.seen(point(p))));
+            let expect: Vec<Sight> = before.iter().filter(|s| !meets(s)).copied().collect();
+            closed += before.len() - expect.len();
+            assert_eq!(open(&lines), expect);
+        }
+        assert!(closed > 0 && beside > 0);
+        assert!((0..all.len()).all(|g| lines.open(g).next().is_none()));
     }
 }

@@ -241,7 +241,7 @@ fn a_house_becomes_few_triangles() {
     house.house([8.0, 35.0], [5.0, 50.0], 2.0, 9.0, 0.03);
     let all = solid_meshes(&house);
     let count: usize = all.iter().map(|m| check(m, 2.0).faces.len()).sum();
-    assert!(count <= 30, "{count} triangles for a front, a roof and a side");
+    assert!(count <= 32, "{count} triangles for a front, a roof and a side");
 }
 
 #[test]
