@@ -177,7 +177,7 @@ impl Picture {
     }
 
     /// How many layers what is in front spans at a pixel and around it.
-    fn layers(&self, pixel: usize) -> f32 {
+    pub fn layers(&self, pixel: usize) -> f32 {
         self.surface[pixel][1] - self.surface[pixel][0]
     }
 

@@ -16,8 +16,10 @@ use crate::{
 };
 use glam::DVec2;
 
-/// Shears per axis, pixels a layer.
-const SHEARS: [f64; 9] = [-0.75, -0.5625, -0.375, -0.1875, 0.0, 0.1875, 0.375, 0.5625, 0.75];
+/// Shears per axis, pixels a layer: nearly all over the cell.
+const SHEARS: [f64; 9] = [-0.95, -0.7125, -0.475, -0.2375, 0.0, 0.2375, 0.475, 0.7125, 0.95];
+/// Only surfaces that span at most so many layers over three by three pixels are looked at: farther apart, what lies behind is another surface.
+const MOST_LAYERS: f32 = 4.0;
 /// Where pixels are looked at, beside their centres: gaps narrower than a pixel show between them.
 const OFFSETS: [[f64; 2]; 4] = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];
 /// The least opacity that an alpha test passes.
@@ -91,7 +93,8 @@ pub(super) fn close(
             for face in &faces {
                 let seen = picture.seen(face.corners, offset);
                 picture.draw(seen, |i, z| {
-                    if shown[i] || !picture.is_inside(i) || !picture.shows(i, z, false) {
+                    let inside = picture.is_inside(i) && picture.layers(i) <= MOST_LAYERS;
+                    if shown[i] || !inside || !picture.shows(i, z, false) {
                         return;
                     }
                     if !cut[face.chart as usize] {
