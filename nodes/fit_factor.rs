@@ -46,7 +46,7 @@ pub struct FitFactor;
 
 impl Node for FitFactor {
     const KIND: &'static str = "fit-factor";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
     type Params = Params;
     type In = In;
     type Out = Out;

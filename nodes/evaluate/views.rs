@@ -123,7 +123,7 @@ pub struct Views;
 impl Node for Views {
     const KIND: &'static str = "evaluate";
     const METHOD: &'static str = "views";
-    const VERSION: u32 = 7;
+    const VERSION: u32 = 8;
     /// FLIP is C++.
     const NATIVE: bool = true;
     type Params = Params;

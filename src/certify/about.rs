@@ -127,7 +127,16 @@ impl Group {
 }
 
 /// What a stand-in costs: less of it is less detail.
-const COSTS: [&str; 6] = ["triangles", "triangles_per_view", "draw_calls", "texels", "bytes", "memory_bytes"];
+const COSTS: [&str; 8] = [
+    "triangles",
+    "triangles_per_view",
+    "draw_calls",
+    "texels",
+    "bytes",
+    "memory_bytes",
+    "overdraw.opaque",
+    "overdraw.transparent",
+];
 
 const MIN: &[Part] = &[Part::Mean, Part::Min];
 const MAX: &[Part] = &[Part::Mean, Part::Max];
@@ -384,6 +393,21 @@ const GROUPS: &[Group] = &[
         "visible difference as a person flips between the pictures (FLIP; 0 means equal); in the worst view",
     ),
     single("flip.views", ONE, "", Better::Neither, "views in which FLIP was measured"),
+    single(
+        "overdraw.opaque",
+        ONE,
+        "",
+        Better::Lower,
+        "surfaces that a covered pixel of the stand-in draws one over the other, hidden ones included; over the views of lowest PSNR",
+    ),
+    single(
+        "overdraw.transparent",
+        ONE,
+        "",
+        Better::Lower,
+        "surfaces that the alpha test discards, for each covered pixel of the stand-in; over the views of lowest PSNR",
+    ),
+    single("overdraw.views", ONE, "", Better::Neither, "views in which overdraw was counted"),
     single("triangles", ONE, "", Better::Lower, "triangles of the stand-in"),
     single("original_triangles", ONE, "", Better::Neither, "triangles of the original"),
     single("draw_calls", ONE, "", Better::Lower, "draw calls of the stand-in: one for each mesh and material"),

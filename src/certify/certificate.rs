@@ -10,7 +10,10 @@ use super::{
     summary,
     viewing::Viewing,
 };
-use crate::view::{Region, View};
+use crate::{
+    runtime,
+    view::{Region, View},
+};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -138,6 +141,28 @@ pub struct Flip {
     pub max: f64,
 }
 
+/// How often the stand-in draws over the pixels that it covers, in the views that are worst by PSNR over the object: what a renderer shades at
+/// most, hidden surfaces included.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Overdraw {
+    pub views: u32,
+    /// Surfaces that pass the alpha test, per covered pixel.
+    pub opaque: f64,
+    /// Surfaces that the alpha test discards, per covered pixel.
+    pub transparent: f64,
+}
+
+impl Overdraw {
+    /// Of all `views` together; `None` where they show nothing.
+    pub fn of(views: &[runtime::Overdraw]) -> Option<Self> {
+        let sum = |of: fn(&runtime::Overdraw) -> u64| views.iter().map(of).sum::<u64>() as f64;
+        let covered = Some(sum(|v| v.covered)).filter(|n| *n > 0.0)?;
+        let share = |n: f64| super::figures::rounded(n / covered, 3);
+        let (opaque, transparent) = (share(sum(|v| v.opaque)), share(sum(|v| v.transparent)));
+        Some(Self { views: views.len() as u32, opaque, transparent })
+    }
+}
+
 /// The figures of the mesh before it was simplified: what no simplification can beat.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ceiling {
@@ -180,6 +205,8 @@ pub struct Certificate {
     #[serde(flatten)]
     pub figures: Figures,
     pub flip: Flip,
+    /// Nothing where it is not counted: of stand-ins that are no meshes.
+    pub overdraw: Option<Overdraw>,
     pub ceiling: Option<Ceiling>,
     /// By the way of drawing, where there are several, such as `static` and `view_dependent`.
     #[serde(flatten)]

@@ -1,7 +1,7 @@
 //! The comparison: draws the views, renders, measures, and writes down the certificate.
 
 use super::{
-    certificate::{Bound, Camera, Ceiling, Certificate, Flip, Sampling as Sampled, Subject},
+    certificate::{Bound, Camera, Ceiling, Certificate, Flip, Overdraw, Sampling as Sampled, Subject},
     classes::Classes,
     figures::{Figures, rounded},
     frame::CropWindow,
@@ -162,6 +162,7 @@ pub fn compare(
     };
     let looked_at = judge.look(kept, &order[..order.len().min(FLIP_VIEWS)], &wanted, &caption)?;
     let flips: Vec<f64> = looked_at.iter().filter_map(|l| l.flip).collect();
+    let overdraws: Vec<runtime::Overdraw> = looked_at.iter().filter_map(|l| l.overdraw).collect();
     let looked_at = looked_at.into_iter().flat_map(|l| l.pictures);
     let (mut pictures, mut panels) = (BTreeMap::new(), BTreeMap::new());
     for (name, picture, places) in looked_at {
@@ -195,6 +196,7 @@ pub fn compare(
             mean: rounded(flips.iter().sum::<f64>() / flips.len().max(1) as f64, 4),
             max: rounded(flips.iter().copied().fold(0.0, f64::max), 4),
         },
+        overdraw: Overdraw::of(&overdraws),
         ceiling: options.ceiling.clone(),
         modes: of_modes,
         worst_view: worst,
@@ -275,6 +277,7 @@ struct Judged<'a> {
 /// A view rendered once more.
 struct Retake {
     flip: Option<f64>,
+    overdraw: Option<runtime::Overdraw>,
     pictures: Vec<(String, Picture, Panels)>,
 }
 
@@ -364,7 +367,7 @@ impl<'a> Judge<'a> {
         Ok(Judged { figures, classes, shot })
     }
 
-    /// FLIP for the views in `flips`, and the pictures that are wanted. `kept`: all views, or none, which are then drawn again.
+    /// FLIP and overdraw for the views in `flips`, and the pictures that are wanted. `kept`: all views, or none, which are then drawn again.
     fn look(
         &self,
         kept: Vec<Pair>,
@@ -387,8 +390,11 @@ impl<'a> Judge<'a> {
                 let (picture, panels) = sheet(reference, stand_in, w.focus, &caption(w));
                 (w.name.to_owned(), picture, panels)
             };
+            let measured = flips.contains(&i);
+            let overdraw = || self.modes[0].stand_in.overdraw(&frame.window, self.drawing());
             Ok(Retake {
-                flip: flips.contains(&i).then(|| flip_of(reference.shot.picture(), stand_in.picture(), frame)),
+                flip: measured.then(|| flip_of(reference.shot.picture(), stand_in.picture(), frame)),
+                overdraw: measured.then(overdraw).transpose()?.flatten(),
                 pictures: wanted.iter().filter(|w| w.view == i).map(picture).collect(),
             })
         };

@@ -17,6 +17,12 @@ pub fn lines(c: &Certificate) -> Vec<String> {
     if c.bytes > 0 {
         lines[1] += &format!(", file {}", bytes(c.bytes));
     }
+    if let Some(o) = c.overdraw {
+        lines.push(format!(
+            "a covered pixel draws {:.1} surfaces of the stand-in, and {:.2} more that the alpha test discards",
+            o.opaque, o.transparent
+        ));
+    }
     let psnr = c.figures.psnr_y_object_db;
     let mut quality = format!("likeness {:.1} dB (PSNR over the object, mean of {} views)", psnr.mean, c.views);
     if let Some(ceiling) = &c.ceiling {

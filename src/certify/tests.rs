@@ -6,7 +6,7 @@ use crate::{
     math::Stop,
     raster::{Cpu, Geometry},
     runtime::SceneStandIn,
-    scene::{Material, Mesh, Object, Part, Scene},
+    scene::{Alpha, Material, Mesh, Object, Part, Scene},
     view::{Cell, Region},
 };
 use glam::{DVec3, Mat4, Vec3};
@@ -138,6 +138,34 @@ fn a_scene_is_its_own_perfect_stand_in() {
     assert_eq!((c.flip.views, c.flip.max), (8, 0.0));
     assert_eq!(c.views, 9);
     assert!(c.worst_view["missing_px"].picture.is_none());
+}
+
+#[test]
+fn overdraw_tells_what_the_alpha_test_discards() {
+    let whole = |z: f32| wall("wall", PLACE + Vec3::Z * z, SIDE, |_, _| true);
+    let mut cut = whole(0.0);
+    let part = &mut cut.parts[0];
+    let mesh = Arc::make_mut(&mut part.mesh);
+    let quarter = |i: usize| i as u32 % (CELLS + 1) < CELLS / 4;
+    mesh.colors = mesh.colors.iter().enumerate().map(|(i, c)| [c[0], c[1], c[2], f32::from(!quarter(i))]).collect();
+    part.material = Arc::new(Material { alpha: Alpha::Mask { cutoff: 0.5 }, ..Material::default() });
+    let overdraw = |objects: Vec<Object>| {
+        let o = judge(&one(PLACE, |_, _| true), &scene(objects), 2.0).overdraw.unwrap();
+        assert_eq!(o.views, 8);
+        (o.opaque, o.transparent)
+    };
+    assert_eq!(overdraw(vec![whole(0.0)]), (1.0, 0.0));
+    let near = |(opaque, transparent): (f64, f64), expected: [f64; 2]| {
+        assert!(
+            (opaque - expected[0]).abs() < 0.02 && (transparent - expected[1]).abs() < 0.02,
+            "{opaque} {transparent}"
+        );
+    };
+    near(overdraw(vec![cut.clone()]), [1.0, 1.0 / 3.0]);
+    // Whichever is in front: hidden surfaces count, and so do transparent ones behind.
+    for z in [-0.1, 0.1] {
+        near(overdraw(vec![cut.clone(), whole(z)]), [1.75, 0.25]);
+    }
 }
 
 #[test]

@@ -89,6 +89,15 @@ impl Geometry {
         Self { draws, triangles: first as u32 }
     }
 
+    /// The same before the alpha test: masked parts are whole.
+    pub fn uncut(&self) -> Self {
+        let whole = |d: &Draw| Draw {
+            cutout: if matches!(d.cutout, Cutout::Masked(_)) { Cutout::Solid } else { d.cutout },
+            ..d.clone()
+        };
+        Self { draws: self.draws.iter().map(whole).collect(), triangles: self.triangles }
+    }
+
     /// Triangles in all, instances counted. Triangle numbers lie below.
     pub fn triangle_count(&self) -> u32 {
         self.triangles

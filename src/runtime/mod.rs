@@ -58,6 +58,11 @@ pub trait StandIn: Sync {
         Ok(0)
     }
 
+    /// How often pixels are drawn over; `None` where that is not counted.
+    fn overdraw(&self, _view: &View, _context: Context) -> Result<Option<Overdraw>, Stopped> {
+        Ok(None)
+    }
+
     /// Whether the captures that it was made from saw the point of the original's surface (metres). What none of them saw,
     /// no stand-in made of them can show.
     fn saw(&self, _point: DVec3) -> bool {
@@ -81,6 +86,9 @@ impl<T: StandIn + ?Sized> StandIn for &T {
     fn back_facing(&self, view: &View, context: Context) -> Result<u64, Stopped> {
         (**self).back_facing(view, context)
     }
+    fn overdraw(&self, view: &View, context: Context) -> Result<Option<Overdraw>, Stopped> {
+        (**self).overdraw(view, context)
+    }
     fn saw(&self, point: DVec3) -> bool {
         (**self).saw(point)
     }
@@ -103,6 +111,17 @@ pub struct Shot<'a> {
 /// Planes of surfaces: the k with 1/depth = k·d along the ray direction d = (x, y, 1) in camera axes, by the surface's number. Not
 /// finite where the plane holds the eye.
 pub type Planes<'a> = Box<dyn Fn(u32) -> DVec3 + Sync + Send + 'a>;
+
+/// How often the pixels of a view are drawn over: what a renderer shades at most, in whatever order it draws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Overdraw {
+    /// Pixels that show something.
+    pub covered: u64,
+    /// Surfaces at their centres that pass the alpha test, hidden ones included.
+    pub opaque: u64,
+    /// Surfaces at any pixel's centre that the alpha test discards.
+    pub transparent: u64,
+}
 
 /// What was drawn for one view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,9 +1,9 @@
 //! A scene as it is: how the original is drawn, and stand-ins that are ordinary textured meshes.
 
-use super::{Context, Planes, Shot, Size, StandIn, plane};
+use super::{Context, Overdraw, Planes, Shot, Size, StandIn, plane};
 use crate::{
     math::{Aabb, Stopped},
-    raster::{Geometry, NOTHING, Options, Rendering, Shader, nearest, picture},
+    raster::{Geometry, NOTHING, Options, Prepared, Rendering, Shader, fragments_in_tiles, nearest, picture},
     scene::{Alpha, Scene},
     view::View,
 };
@@ -83,4 +83,20 @@ impl StandIn for Drawn<'_> {
         };
         Ok(seen.triangle.iter().filter(|t| **t != NOTHING).filter(back).count() as u64)
     }
+
+    fn overdraw(&self, view: &View, context: Context) -> Result<Option<Overdraw>, Stopped> {
+        let [covered, opaque] = drawn(self.shader.geometry, view, context)?;
+        let [_, all] = drawn(&self.shader.geometry.uncut(), view, context)?;
+        Ok(Some(Overdraw { covered, opaque, transparent: all - opaque }))
+    }
+}
+
+/// Pixels that show something, and surfaces at all of their centres.
+fn drawn(geometry: &Geometry, view: &View, context: Context) -> Result<[u64; 2], Stopped> {
+    let prepared = Prepared::new(geometry, view, &Options::default(), context.stop)?;
+    let tiles = fragments_in_tiles(context.backend, &prepared, context.stop, |_, f| {
+        let covered = f.offsets.windows(2).filter(|w| w[0] < w[1]).count();
+        [covered as u64, f.fragments.len() as u64]
+    })?;
+    Ok(tiles.into_iter().fold([0; 2], |sum, tile| [sum[0] + tile[0], sum[1] + tile[1]]))
 }

@@ -56,15 +56,23 @@ impl Sight {
     /// Whether a face shows the surface, whose corners are `seen`.
     pub fn meets(&self, seen: [Point; 3]) -> bool {
         let [a, b, c] = seen;
-        let cross = |p: Point, q: Point| p[0] * q[1] - p[1] * q[0];
-        let (u, v, w) = (cross(b, c), cross(c, a), cross(a, b));
+        self.meets_between([a[2], b[2], c[2]], [cross(b, c), cross(c, a), cross(a, b)])
+    }
+
+    /// [`Sight::meets`] for corners in `layers`; `u`, `v` and `w` are the [`cross`] products of the two others of them, in order.
+    pub fn meets_between(&self, layers: [f64; 3], [u, v, w]: [f64; 3]) -> bool {
         let area = u + v + w;
         if area == 0.0 || [u, v, w].iter().any(|x| x * area < 0.0) {
             return false;
         }
-        let z = ((u * a[2] + v * b[2] + w * c[2]) / area) as f32;
+        let z = ((u * layers[0] + v * layers[1] + w * layers[2]) / area) as f32;
         self.shown[0] <= z && z <= self.shown[1]
     }
+}
+
+/// Twice the area that two points and the line of sight span, signed.
+pub fn cross(p: Point, q: Point) -> f64 {
+    p[0] * q[1] - p[1] * q[0]
 }
 
 /// Where a point is seen along an axis, pixels.

@@ -6,6 +6,11 @@
 use crate::math::{Stop, Stopped};
 use rayon::prelude::*;
 
+/// Shears per axis, pixels a layer, nearly all over the cell: a whole pixel is reached at the image's edge only, from a corner of the cell.
+pub const WIDE: [f64; 9] = [-0.95, -0.7125, -0.475, -0.2375, 0.0, 0.2375, 0.475, 0.7125, 0.95];
+/// A surface is continuous where it spans at most so many layers over three by three pixels: farther apart, what lies behind is another one.
+pub const CONTINUOUS: f32 = 4.0;
+
 /// What `look` finds under every shear of x and y by one of `steps` each, pixels a layer.
 pub fn under_all<T: Send>(steps: &[f64], stop: &Stop, look: impl Fn([f64; 2]) -> T + Sync) -> Result<Vec<T>, Stopped> {
     let shears: Vec<[f64; 2]> = steps.iter().flat_map(|y| steps.iter().map(|x| [*x, *y])).collect();

@@ -29,6 +29,12 @@ pub fn dot(a: Point, b: Point) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// Squared distance.
+pub fn squared(a: Point, b: Point) -> f64 {
+    let along = sub(a, b);
+    dot(along, along)
+}
+
 /// Cross product of b − a and c − a.
 pub fn normal(a: Point, b: Point, c: Point) -> Point {
     let (u, v) = (sub(b, a), sub(c, a));

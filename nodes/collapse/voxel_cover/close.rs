@@ -5,8 +5,8 @@
 //! boxes of the voxels around it hold all of it: what figure 14 asks of an edge, asked of a face.
 
 use super::{
-    contract::Surface,
     remove::{MOST_SIDES, Triangulations, agrees},
+    surface::Surface,
     topology::NONE,
 };
 use crate::{

@@ -1,121 +1,45 @@
 //! One contraction: may vertex `a` move onto its neighbour `b`?
 
 use super::{
-    cover::{Cover, MOST_FACES},
+    cover::MOST_FACES,
     queue::Rank,
-    topology::{NONE, Topology, next, prev},
+    surface::{Scratch, Surface},
+    topology::{NONE, next, prev},
 };
 use crate::voxel::touch::{Point, dot, normal, sub};
 
-/// The mesh while it is simplified.
-pub struct Surface {
-    pub topology: Topology,
-    pub cover: Cover,
-    /// Vertices, quarter units.
-    pub points: Vec<Point>,
-    /// Vertices on seams stay.
-    pub locked: Vec<bool>,
-    /// Box that vertices stay in: that of the mesh.
-    pub bounds: [Point; 2],
-    /// When a face around each vertex last changed.
-    pub changed: Vec<u32>,
-    /// Counts what was done.
-    pub clock: u32,
-    /// Whether alpha cuts outlines: boundaries may run out of the surface then.
-    pub alpha: bool,
-    pub scratch: Scratch,
-}
-
-/// Buffers of the contraction under test.
-#[derive(Default)]
-pub struct Scratch {
-    pub star: Vec<u32>,
-    other: Vec<u32>,
-    new: Vec<[Point; 3]>,
-    slots: Vec<u32>,
-    /// Vertices next to `a`, marked by the number of the attempt.
-    marks: Vec<u32>,
-    attempt: u32,
-    pub ring_a: Vec<u32>,
-    pub ring_b: Vec<u32>,
-    link: Link,
-}
-
 impl Surface {
-    pub fn triangle(&self, face: u32) -> [Point; 3] {
-        self.topology.corners(face).map(|v| self.points[v as usize])
-    }
-
-    /// Whether a vertex may lie at `p`.
-    pub fn in_bounds(&self, p: Point) -> bool {
-        let [low, high] = self.bounds;
-        (0..3).all(|i| low[i] <= p[i] && p[i] <= high[i])
-    }
-
-    pub fn is_live(&self, vertex: u32) -> bool {
-        self.topology.corner[vertex as usize] != NONE
-    }
-
-    /// Notes that faces around `v` changed: with it, all its neighbours are worth another try.
-    pub fn note(&mut self, v: u32) {
-        self.clock += 1;
-        self.changed[v as usize] = self.clock;
+    /// What moving a vertex costs: squared distances from the planes of the faces around it, times their areas, and from the lines of its
+    /// boundary edges, times their lengths, unless alpha cuts the outline.
+    pub fn quadric(&self, a: u32) -> Quadric {
         let topology = &self.topology;
-        let first = topology.corner[v as usize];
+        let here = self.points[a as usize];
+        let mut sum = Quadric::default();
+        let first = topology.corner[a as usize];
         let mut c = first;
         while c != NONE {
-            self.changed[topology.at(next(c)) as usize] = self.clock;
-            self.changed[topology.at(prev(c)) as usize] = self.clock;
+            let [p, q, r] = self.triangle(c / 3);
+            sum.add_plane(normal(p, q, r));
+            for (edge, end) in [(prev(c), next(c)), (next(c), prev(c))] {
+                if !self.alpha && topology.opposite[edge as usize] == NONE {
+                    sum.add_line(sub(self.points[topology.at(end) as usize], here));
+                }
+            }
             c = topology.turn(c);
             if c == first {
                 break;
             }
         }
+        sum
     }
 
-    /// Squared length of the edge a–b; an integer.
-    pub fn squared(&self, a: u32, b: u32) -> u64 {
-        let (a, b) = (self.points[a as usize], self.points[b as usize]);
-        (0..3).map(|i| (a[i] - b[i]) * (a[i] - b[i])).sum::<f64>() as u64
-    }
-
-    /// When the edge a–b is tried, and its ends, that first which had better move onto the other: by its length, as in the paper,
+    /// When the edge between two vertices is tried, and its ends, that first which had better move onto the other: by its length, as in the paper,
     /// times what it costs to move one onto the other.
-    pub fn rank(&self, a: u32, b: u32) -> (Rank, [u32; 2]) {
-        let length = (self.squared(a, b) as f64).sqrt();
-        let (onto_b, onto_a) = (self.cost(a, b), self.cost(b, a));
-        let rank = Rank::of((onto_b.min(onto_a) + 1.0) * length);
-        (rank, if onto_b <= onto_a { [a, b] } else { [b, a] })
-    }
-
-    /// How far moving `a` onto `b` leaves the surface: squared distances of `b` from the planes of the faces around `a`, times
-    /// their areas, and from the lines of its boundary edges, times their lengths, unless alpha cuts the outline.
-    fn cost(&self, a: u32, b: u32) -> f64 {
-        let topology = &self.topology;
-        let (here, there) = (self.points[a as usize], self.points[b as usize]);
-        let from_line = |end: u32| {
-            let end = self.points[end as usize];
-            let (along, n) = (sub(end, here), normal(here, end, there));
-            dot(n, n) / dot(along, along).sqrt()
-        };
-        let (mut sum, first) = (0.0, topology.corner[a as usize]);
-        let mut c = first;
-        loop {
-            let [p, q, r] = self.triangle(c / 3);
-            let n = normal(p, q, r);
-            let distance = dot(n, sub(there, p));
-            sum += distance * distance / (2.0 * dot(n, n).sqrt());
-            if !self.alpha && topology.opposite[prev(c) as usize] == NONE {
-                sum += from_line(topology.at(next(c)));
-            }
-            if !self.alpha && topology.opposite[next(c) as usize] == NONE {
-                sum += from_line(topology.at(prev(c)));
-            }
-            c = topology.turn(c);
-            if c == NONE || c == first {
-                return sum;
-            }
-        }
+    pub fn rank(&self, [a, b]: [u32; 2], [of_a, of_b]: [&Quadric; 2]) -> (Rank, [u32; 2]) {
+        let along = sub(self.points[b as usize], self.points[a as usize]);
+        let (onto_b, onto_a) = (of_a.at(along), of_b.at(along));
+        let rank = Rank::of((onto_b.min(onto_a) + 1.0) * dot(along, along).sqrt());
+        (rank, if onto_b <= onto_a + EQUAL { [a, b] } else { [b, a] })
     }
 
     /// Moves `a` onto `b` if nothing forbids it; `a` is gone then.
@@ -258,6 +182,43 @@ impl Surface {
         } else {
             Link::Forbidden
         }
+    }
+}
+
+/// Costs that differ by less do so by rounding.
+const EQUAL: f64 = 1e-6;
+
+/// A quadratic form of the way that a vertex goes: xx, yy, zz, xy, yz, zx.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Quadric([f64; 6]);
+
+impl Quadric {
+    /// The squared distance from a plane through the vertex, times the area of a face in it with this normal (of twice its area's length).
+    fn add_plane(&mut self, n: Point) {
+        let weight = 0.5 / dot(n, n).sqrt();
+        self.add(weight, n);
+    }
+
+    /// The squared distance from a line through the vertex, times the length of `along`.
+    fn add_line(&mut self, along: Point) {
+        let length = dot(along, along).sqrt();
+        (0..3).for_each(|i| self.0[i] += length);
+        self.add(-1.0 / length, along);
+    }
+
+    /// weight · (v · d)²
+    fn add(&mut self, weight: f64, v: Point) {
+        for i in 0..3 {
+            self.0[i] += weight * v[i] * v[i];
+            self.0[3 + i] += weight * v[i] * v[(i + 1) % 3];
+        }
+    }
+
+    /// The cost of going by `d`, or by −d.
+    fn at(&self, d: Point) -> f64 {
+        let q = &self.0;
+        let sum = (0..3).map(|i| q[i] * d[i] * d[i] + 2.0 * q[3 + i] * d[i] * d[(i + 1) % 3]).sum::<f64>();
+        sum.max(0.0)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::voxel::{
     touch::{self, Point, Toucher, cover_unit, interval_oblong},
 };
 
-/// Most faces that one replacement may make; masks are one word.
+/// Most faces that one replacement may make.
 pub const MOST_FACES: usize = 64;
 
 /// What a voxel demands of the faces.
@@ -36,10 +36,9 @@ pub struct Cover {
     arena: Vec<u32>,
     /// In how many lists every voxel stands.
     count: Vec<u32>,
-    /// The replacement under test: its voxels, how many of the old faces name each, and which new faces touch each.
+    /// The replacement under test: its voxels, how many of the old faces name each, and the new faces.
     voxels: Vec<u32>,
     within: Vec<u32>,
-    masks: Vec<u64>,
     touchers: Vec<Toucher>,
     intervals: Vec<(f64, f64)>,
 }
@@ -63,7 +62,6 @@ impl Cover {
             count,
             voxels: Vec::new(),
             within,
-            masks: Vec::new(),
             touchers: Vec::new(),
             intervals: Vec::new(),
         }
@@ -124,8 +122,7 @@ impl Cover {
     /// Whether the collected voxels' boxes hold a whole face, tried along lines from its first corner, half a voxel apart
     /// at their ends. `outer` as in [`Cover::holds`].
     pub fn holds_face(&mut self, [a, b, c]: [Point; 3], outer: bool) -> bool {
-        let length = (0..3).map(|i| (c[i] - b[i]) * (c[i] - b[i])).sum::<f64>().sqrt();
-        let steps = (length / 2.0).ceil().max(1.0);
+        let steps = (touch::squared(b, c).sqrt() / 2.0).ceil().max(1.0);
         (0..=steps as u32).all(|k| {
             let t = f64::from(k) / steps;
             self.holds(a, std::array::from_fn(|i| b[i] + (c[i] - b[i]) * t), outer)
@@ -213,12 +210,6 @@ impl Cover {
                 return false;
             }
         }
-        self.masks.clear();
-        for v in &self.voxels {
-            let c = &self.centres[*v as usize];
-            let bit = |(i, t): (usize, &Toucher)| u64::from(t.touches(c)) << i;
-            self.masks.push(self.touchers.iter().enumerate().map(bit).fold(0, |a, b| a | b));
-        }
         true
     }
 
@@ -247,19 +238,34 @@ impl Cover {
         for face in old {
             self.lists[face as usize] = (0, 0);
         }
-        for (v, mask) in self.voxels.iter().zip(&self.masks) {
-            let count = &mut self.count[*v as usize];
-            *count = *count - self.within[*v as usize] + mask.count_ones();
+        for v in &self.voxels {
+            self.count[*v as usize] -= self.within[*v as usize];
         }
-        for (i, &slot) in slots.iter().enumerate() {
+        for (toucher, &slot) in self.touchers.iter().zip(slots) {
             let start = self.arena.len();
-            let touched = self.voxels.iter().zip(&self.masks).filter(|(_, mask)| *mask >> i & 1 == 1);
-            self.arena.extend(touched.map(|(v, _)| *v));
+            self.arena.extend(self.voxels.iter().filter(|v| toucher.touches(&self.centres[**v as usize])));
+            for v in &self.arena[start..] {
+                self.count[*v as usize] += 1;
+            }
             self.lists[slot as usize] = (start as u32, (self.arena.len() - start) as u32);
         }
         if self.arena.len() > (1 << 31) {
             self.compact();
         }
+    }
+
+    /// Keeps only the lists of `faces`, in their order; the others must be empty. Sorts them, so that samples of their voxels lie apart.
+    pub fn select(&mut self, faces: &[u32]) {
+        self.lists = faces.iter().map(|f| self.lists[*f as usize]).collect();
+        self.compact();
+        for (start, len) in &self.lists {
+            self.arena[*start as usize..(*start + *len) as usize].sort_unstable();
+        }
+    }
+
+    /// Whether a single face names the voxel.
+    pub fn is_named_once(&self, voxel: u32) -> bool {
+        self.count[voxel as usize] == 1
     }
 
     fn compact(&mut self) {

@@ -4,7 +4,7 @@
 //! skirt is simplified, pieces of it come off. A part (faces that hang together) goes if faces of other parts touch the
 //! enlarged boxes of all its visible voxels: these are then covered by those.
 
-use super::contract::Surface;
+use super::surface::Surface;
 use crate::{
     math::{Stop, Stopped},
     voxel::Voxel,

@@ -4,8 +4,9 @@
 //! tried are points of the lattice of vertices (quarter pixels and layers) around the ends and between them.
 
 use super::{
-    contract::{Link, Scratch, Surface, keeps_side},
+    contract::{Link, keeps_side},
     cover::MOST_FACES,
+    surface::{Scratch, Surface},
     topology::{next, prev},
 };
 use crate::voxel::touch::Point;

@@ -29,6 +29,7 @@ mod queue;
 mod remove;
 mod settle;
 mod stitch;
+mod surface;
 #[cfg(test)]
 mod tests;
 mod topology;
@@ -37,23 +38,22 @@ mod unseen;
 pub use node::VoxelCover;
 
 use crate::{
-    array::Array,
     math::{Stop, Stopped},
     voxel::{
         Voxel, VoxelMesh,
         columns::Columns,
         outline::{self, Outline, Run},
-        touch,
     },
 };
-use contract::Surface;
-use cover::{Boxes, Cover, Demand};
+use contract::Quadric;
+use cover::Demand;
 use queue::{Entry, Queue, Rank};
+use rayon::prelude::*;
 use remove::Triangulations;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use topology::{Topology, next, prev};
-use unseen::without_unseen;
+use surface::Surface;
+use topology::{next, prev};
 
 /// How outlines are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -102,37 +102,27 @@ pub fn simplify_in_steps(
     stop: &Stop,
     progress: &dyn Fn(u64, u64),
 ) -> Result<VoxelMesh, Stopped> {
-    let demands = demands(mesh, goal);
+    let mut surface = Surface::new(mesh, demands(mesh, goal), goal);
     let steps = MOST_ROUNDS + 2;
-    let mut simple = reduce(mesh, &demands, goal, stop)?;
+    reduce(&mut surface, &mesh.voxels, stop)?;
     progress(1, steps);
     for round in 0..MOST_ROUNDS {
-        let before = simple.faces.len();
-        simple = reduce(&without_unseen(&simple, stop)?, &demands, goal, stop)?;
+        let before = surface.faces().count();
+        surface.drop_unseen(&mesh.voxels, stop)?;
+        reduce(&mut surface, &mesh.voxels, stop)?;
         progress(2 + round, steps);
-        if simple.faces.len() as f64 > WORTH_ANOTHER * before as f64 {
+        if surface.faces().count() as f64 > WORTH_ANOTHER * before as f64 {
             break;
         }
     }
-    stitch::stitch(&mut simple, goal, bounds(mesh, goal.skirt()), stop)?;
+    let mut simple = surface.to_mesh(mesh, goal);
+    stitch::stitch(&mut simple, goal, surface.bounds, stop)?;
     progress(steps, steps);
     Ok(simple)
 }
 
-/// Simplifies without looking for gaps. `demands`: those of the mesh's voxels.
-fn reduce(mesh: &VoxelMesh, demands: &[Demand], goal: Goal, stop: &Stop) -> Result<VoxelMesh, Stopped> {
-    let boxes = Boxes { half: 2.0 * goal.factor, skirt: goal.skirt() };
-    let mut surface = Surface {
-        topology: Topology::new(mesh.vertices.len(), &mesh.faces),
-        cover: Cover::new(&mesh.voxels, demands.to_vec(), boxes, &mesh.cover_start, mesh.cover.to_vec()),
-        points: mesh.vertices.iter().map(|v| touch::point(*v)).collect(),
-        locked: mesh.flags.iter().map(|f| f & 1 == 1).collect(),
-        changed: vec![1; mesh.vertices.len()],
-        clock: 1,
-        bounds: bounds(mesh, goal.skirt()),
-        alpha: goal.silhouette == Silhouette::Alpha,
-        scratch: Default::default(),
-    };
+/// Simplifies without looking for gaps. `voxels` are the mesh's.
+fn reduce(surface: &mut Surface, voxels: &[Voxel], stop: &Stop) -> Result<(), Stopped> {
     surface.fill_notches(stop)?;
     let all = Triangulations::new();
     let (mut passed, mut merged) = (0, 0);
@@ -140,21 +130,20 @@ fn reduce(mesh: &VoxelMesh, demands: &[Demand], goal: Goal, stop: &Stop) -> Resu
         let start = surface.clock;
         loop {
             let since = std::mem::replace(&mut passed, surface.clock);
-            if pass(&mut surface, since, stop)? == 0 {
+            if pass(surface, since, stop)? == 0 {
                 break;
             }
         }
         let since = std::mem::replace(&mut merged, surface.clock);
-        surface.drop_parts(&mesh.voxels, stop)?;
+        surface.drop_parts(voxels, stop)?;
         surface.close_holes(&all, stop)?;
-        sweep(&mut surface, &all, since, stop)?;
-        merges(&mut surface, since, stop)?;
+        sweep(surface, &all, since, stop)?;
+        merges(surface, since, stop)?;
         if surface.clock == start {
             break;
         }
     }
-    surface.settle(stop)?;
-    Ok(gather(&surface, mesh, goal))
+    surface.settle(stop)
 }
 
 /// What every voxel demands. Hidden ones nothing; where alpha cuts outlines, those neither of which no more than a trace is seen.
@@ -171,26 +160,10 @@ fn demands(mesh: &VoxelMesh, goal: Goal) -> Vec<Demand> {
     outline.runs.iter().zip(mesh.voxels.iter()).map(demand).collect()
 }
 
-/// Box around the mesh's vertices, and `skirt` beyond it to the sides, quarter units.
-fn bounds(mesh: &VoxelMesh, skirt: f64) -> [touch::Point; 2] {
-    let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    for p in mesh.vertices.iter().map(|v| touch::point(*v)) {
-        for i in 0..3 {
-            bounds[0][i] = bounds[0][i].min(p[i]);
-            bounds[1][i] = bounds[1][i].max(p[i]);
-        }
-    }
-    for i in 0..2 {
-        bounds[0][i] -= skirt;
-        bounds[1][i] += skirt;
-    }
-    bounds
-}
-
-/// The edges at a vertex that changed after `since`, with their ranks.
-fn edges(surface: &Surface, since: u32) -> Vec<(Rank, u32, u32)> {
+/// The edges at a vertex that changed after `since`, with their ranks, and first the end that had better move.
+fn edges(surface: &Surface, since: u32) -> Vec<(Rank, [u32; 2])> {
     let topology = &surface.topology;
-    let mut edges = Vec::new();
+    let (mut edges, mut at_edge) = (Vec::new(), vec![false; surface.points.len()]);
     for c in 0..topology.vertex.len() as u32 {
         if !topology.is_live(c / 3) {
             continue;
@@ -198,18 +171,21 @@ fn edges(surface: &Surface, since: u32) -> Vec<(Rank, u32, u32)> {
         let (a, b) = (topology.at(next(c)), topology.at(prev(c)));
         let once = topology.opposite[c as usize] == topology::NONE || a < b;
         if once && surface.changed[a as usize].max(surface.changed[b as usize]) > since {
-            let (rank, [a, b]) = surface.rank(a, b);
-            edges.push((rank, a, b));
+            edges.push([a, b]);
+            [a, b].iter().for_each(|v| at_edge[*v as usize] = true);
         }
     }
-    edges
+    let quadric = |(v, used): (usize, &bool)| if *used { surface.quadric(v as u32) } else { Quadric::default() };
+    let quadrics: Vec<Quadric> = at_edge.par_iter().enumerate().with_min_len(4096).map(quadric).collect();
+    let rank = |ends: &[u32; 2]| surface.rank(*ends, ends.map(|v| &quadrics[v as usize]));
+    edges.par_iter().with_min_len(4096).map(rank).collect()
 }
 
 /// Tries the edges that changed after `since`, and those around a contraction again, until the queue is empty.
 /// Returns how many were contracted.
 fn pass(surface: &mut Surface, since: u32, stop: &Stop) -> Result<usize, Stopped> {
     let mut queue = Queue::new();
-    for (rank, a, b) in edges(surface, since) {
+    for (rank, [a, b]) in edges(surface, since) {
         queue.push(rank, Entry { time: 0, a, b });
     }
     // When all edges of a vertex were last queued: older entries are void.
@@ -235,8 +211,9 @@ fn pass(surface: &mut Surface, since: u32, stop: &Stop) -> Result<usize, Stopped
         queued[kept as usize] = time;
         surface.topology.star(kept, &mut star);
         surface.topology.ring(kept, &star, &mut ring);
+        let of_kept = surface.quadric(kept);
         for &x in &ring {
-            let (rank, [a, b]) = surface.rank(kept, x);
+            let (rank, [a, b]) = surface.rank([kept, x], [&of_kept, &surface.quadric(x)]);
             queue.push(rank, Entry { time, a, b });
         }
     }
@@ -258,47 +235,11 @@ fn sweep(surface: &mut Surface, all: &Triangulations, since: u32, stop: &Stop) -
 fn merges(surface: &mut Surface, since: u32, stop: &Stop) -> Result<(), Stopped> {
     let mut edges = edges(surface, since);
     edges.sort_unstable();
-    for (_, a, b) in edges {
+    for (_, [a, b]) in edges {
         if surface.is_live(a) && surface.is_live(b) && surface.are_neighbours(a, b) {
             stop.check()?;
             surface.merge(a, b);
         }
     }
     Ok(())
-}
-
-/// The living faces as a mesh of their own.
-fn gather(surface: &Surface, mesh: &VoxelMesh, goal: Goal) -> VoxelMesh {
-    let topology = &surface.topology;
-    let mut number = vec![u32::MAX; surface.points.len()];
-    let (mut vertices, mut flags, mut faces) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut cover_start, mut cover) = (vec![0], Vec::new());
-    for face in (0..topology.vertex.len() as u32 / 3).filter(|f| topology.is_live(*f)) {
-        faces.push(topology.corners(face).map(|v| {
-            let slot = &mut number[v as usize];
-            if *slot == u32::MAX {
-                *slot = vertices.len() as u32;
-                let p = surface.points[v as usize];
-                vertices.push([p[0] as i32, p[1] as i32, (p[2] / 4.0) as i32]);
-                flags.push(u8::from(surface.locked[v as usize]));
-            }
-            *slot
-        }));
-        let from = cover.len();
-        cover.extend_from_slice(surface.cover.list(face));
-        cover[from..].sort_unstable();
-        cover_start.push(cover.len() as u32);
-    }
-    VoxelMesh {
-        frustum: mesh.frustum,
-        vertices: vertices.into(),
-        flags: flags.into(),
-        faces: faces.into(),
-        cover_start: cover_start.into(),
-        cover: cover.into(),
-        voxels: Array::clone(&mesh.voxels),
-        quarters: Array::clone(&mesh.quarters),
-        factor: goal.factor,
-        alpha: goal.silhouette == Silhouette::Alpha,
-    }
 }

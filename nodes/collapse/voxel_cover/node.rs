@@ -68,7 +68,7 @@ pub struct VoxelCover;
 impl Node for VoxelCover {
     const KIND: &'static str = "collapse";
     const METHOD: &'static str = "voxel-cover";
-    const VERSION: u32 = 8;
+    const VERSION: u32 = 9;
     type Params = Params;
     type In = In;
     type Out = Out;

@@ -5,7 +5,7 @@
 //! anything moves, the boundary's corners are filled with one triangle each, from the smallest on: slits close from
 //! their ends.
 
-use super::{contract::Surface, remove::agrees};
+use super::{remove::agrees, surface::Surface};
 use crate::{
     math::{Stop, Stopped},
     voxel::touch::normal,

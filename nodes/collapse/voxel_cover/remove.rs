@@ -4,8 +4,8 @@
 //! does not. Holes of up to [`MOST_SIDES`] sides are tried in full, those with the shortest diagonals first.
 
 use super::{
-    contract::{Facing, Surface, look, within_80_degrees},
-    topology::{NONE, next, prev},
+    contract::{Facing, look, within_80_degrees},
+    surface::Surface,
 };
 use crate::voxel::touch::{Point, normal};
 
@@ -133,21 +133,6 @@ impl Surface {
         self.topology.refill(&star, &faces);
         ring.iter().for_each(|v| self.note(*v));
         true
-    }
-
-    pub fn are_neighbours(&self, a: u32, b: u32) -> bool {
-        let topology = &self.topology;
-        let first = topology.corner[a as usize];
-        let mut c = first;
-        loop {
-            if topology.at(next(c)) == b || topology.at(prev(c)) == b {
-                return true;
-            }
-            c = topology.turn(c);
-            if c == NONE || c == first {
-                return false;
-            }
-        }
     }
 
     /// Sum of the normals of the steep faces; zero if there are none.

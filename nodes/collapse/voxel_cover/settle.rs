@@ -5,9 +5,10 @@
 //! within the boxes that are not enlarged. No triangle is added or lost, and all that a contraction must keep is kept.
 
 use super::{
-    contract::{Surface, keeps_side},
+    contract::keeps_side,
     cover::{Demand, any_touches},
     merge::around,
+    surface::Surface,
 };
 use crate::{
     math::{Stop, Stopped},
@@ -64,11 +65,12 @@ impl Surface {
         };
         let open = self.topology.is_boundary(v);
         let old = moved(self, here);
-        let loose = self.cover.loose(&old, usize::MAX);
+        let (samples, loose) = self.cover.samples(&old);
         let places: Vec<Point> = around(here, stride).skip(1).filter(|p| self.in_bounds(*p)).collect();
         let mut places: Vec<(usize, Point)> = places
             .par_iter()
-            .map(|p| (self.cover.loose(&moved(self, *p), loose), *p))
+            .with_min_len(places.len().div_ceil(rayon::current_num_threads()))
+            .map(|p| (Fit::of(&moved(self, *p)).loose(&samples, loose), *p))
             .filter(|p| p.0 < loose)
             .collect();
         places.sort_by_key(|p| p.0);
@@ -90,19 +92,60 @@ impl Surface {
     }
 }
 
+/// A visible voxel that faces are compared by.
+struct Sample {
+    centre: Point,
+    demand: Demand,
+    /// Which of the faces touched it, and which covered its centre, where the vertex is now: likely they do elsewhere too.
+    last: [usize; 2],
+}
+
 impl super::cover::Cover {
-    /// How many of a sample of the collected visible voxels the faces do not touch within boxes that are not enlarged; `most`
-    /// stands for anything more. Where the surface ends and the faces leave the voxel's centre bare, it counts [`BARE_END`] times more.
-    fn loose(&self, faces: &[[Point; 3]], most: usize) -> usize {
-        let touchers: Vec<Toucher> = faces.iter().map(|f| Toucher::new(*f, 2.0)).collect();
-        let covering: Vec<Toucher> = faces.iter().map(|f| Toucher::oblong(*f, CENTRE)).collect();
-        let (mut last, mut last_end, mut sum) = (0, 0, 0);
+    /// A sample of the collected visible voxels, and how loosely `faces` fit it. Those that they miss come first: a place that is no better
+    /// for them is found out at once.
+    fn samples(&self, faces: &[[Point; 3]]) -> (Vec<Sample>, usize) {
         let every = self.collected_count().div_ceil(SAMPLES).max(1);
-        for (c, demand) in self.collected().step_by(every) {
-            sum += usize::from(!any_touches(&touchers, c, &mut last));
-            if demand == Demand::End && !any_touches(&covering, c, &mut last_end) {
-                sum += BARE_END;
-            }
+        let fit = Fit::of(faces);
+        let of = |(centre, demand): (&Point, Demand)| {
+            let mut sample = Sample { centre: *centre, demand, last: [0; 2] };
+            let mut last = sample.last;
+            let misses = fit.misses(&sample, &mut last);
+            sample.last = last;
+            (misses, sample)
+        };
+        let (missed, met): (Vec<_>, Vec<_>) = self.collected().step_by(every).map(of).partition(|s| s.0 > 0);
+        let sum = missed.iter().map(|s| s.0).sum();
+        (missed.into_iter().chain(met).map(|s| s.1).collect(), sum)
+    }
+}
+
+/// Faces prepared for comparison with samples.
+struct Fit {
+    touchers: Vec<Toucher>,
+    covering: Vec<Toucher>,
+}
+
+impl Fit {
+    fn of(faces: &[[Point; 3]]) -> Self {
+        Self {
+            touchers: faces.iter().map(|f| Toucher::new(*f, 2.0)).collect(),
+            covering: faces.iter().map(|f| Toucher::oblong(*f, CENTRE)).collect(),
+        }
+    }
+
+    /// 1 if no face touches the voxel's box, which is not enlarged; where the surface ends and the faces leave the voxel's centre bare,
+    /// [`BARE_END`] more. `last`: see [`Sample::last`].
+    fn misses(&self, sample: &Sample, last: &mut [usize; 2]) -> usize {
+        let apart = !any_touches(&self.touchers, &sample.centre, &mut last[0]);
+        let bare = sample.demand == Demand::End && !any_touches(&self.covering, &sample.centre, &mut last[1]);
+        usize::from(apart) + if bare { BARE_END } else { 0 }
+    }
+
+    /// The sum over all samples; `most` stands for anything more.
+    fn loose(&self, samples: &[Sample], most: usize) -> usize {
+        let mut sum = 0;
+        for s in samples {
+            sum += self.misses(s, &mut s.last.clone());
             if sum >= most {
                 return most;
             }

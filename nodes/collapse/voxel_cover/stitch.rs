@@ -16,22 +16,20 @@ use crate::{
     math::{Stop, Stopped},
     voxel::{
         VoxelMesh,
-        gaps::{Look, Sight, bare},
-        touch::{Point, centre, dot, normal, point, sub},
+        gaps::{Look, Sight, bare, cross},
+        shear::{CONTINUOUS, WIDE},
+        touch::{Point, centre, normal, point, squared},
     },
 };
+use rayon::prelude::*;
 use std::collections::BTreeSet;
 
 /// How gaps are looked for, whatever the surface.
 const COARSE: Look =
     Look { shears: &[-0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75], offsets: &[[0.0; 2]], most_layers: f32::INFINITY };
 /// And where alpha cuts outlines: from all over the cell, and between the centres of pixels; where surfaces are continuous, since there the
-/// eye finds what is missing. A whole pixel a layer is reached at the image's edge only, from a corner of the cell.
-const FINE: Look = Look {
-    shears: &[-0.95, -0.7125, -0.475, -0.2375, 0.0, 0.2375, 0.475, 0.7125, 0.95],
-    offsets: &[[-0.25, -0.25], [0.25, 0.25]],
-    most_layers: 4.0,
-};
+/// eye finds what is missing.
+const FINE: Look = Look { shears: &WIDE, offsets: &[[-0.25, -0.25], [0.25, 0.25]], most_layers: CONTINUOUS };
 /// Most vertices around a gap that triangles are tried between.
 const MOST_VERTICES: usize = 16;
 /// Most triangles for one gap.
@@ -144,19 +142,16 @@ impl Surroundings {
         let points: Vec<Point> = self.places.iter().map(|p| point(*p)).collect();
         let own = seen(lines.open(gap).collect(), &points);
         let beside = seen(lines.beside(gap, &self.places).collect(), &points);
-        let mut found = Vec::new();
-        for k in 2..points.len() {
-            for j in 1..k {
-                for i in 0..j {
-                    let met = |(s, seen): &&Seen| s.meets([seen[i], seen[j], seen[k]]);
-                    let count = own.iter().filter(met).count();
-                    if count > 0 {
-                        let sides = [[i, j], [j, k], [k, i]].map(|[p, q]| squared(points[p], points[q]).sqrt());
-                        found.push((count + beside.iter().filter(met).count(), sides.iter().sum::<f64>(), [i, j, k]));
-                    }
-                }
-            }
-        }
+        let all: Vec<[usize; 3]> =
+            (2..points.len()).flat_map(|k| (1..k).flat_map(move |j| (0..j).map(move |i| [i, j, k]))).collect();
+        let count = |t: &[usize; 3]| {
+            let met = |lines: &[Seen]| lines.iter().filter(|s| s.meets(*t)).count();
+            let count = Some(met(&own)).filter(|n| *n > 0)? + met(&beside);
+            let [i, j, k] = *t;
+            let sides = [[i, j], [j, k], [k, i]].map(|[p, q]| squared(points[p], points[q]).sqrt());
+            Some((count, sides.iter().sum::<f64>(), *t))
+        };
+        let mut found: Vec<_> = all.par_iter().with_min_len(256).filter_map(count).collect();
         found.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.total_cmp(&b.1)));
         let mut outer: Option<(usize, [usize; 3])> = None;
         for (count, _, [i, j, k]) in found.into_iter().take(MOST_TESTS) {
@@ -167,7 +162,7 @@ impl Surroundings {
             let sides = [[i, j, k], [i, k, j]];
             let Some(corners) = sides.into_iter().find(|t| agrees(t.map(|i| points[i]), self.normal)) else { continue };
             let triangle = corners.map(|i| points[i]);
-            let mut holds = |outer| cover.holds_face(triangle, outer) && cover.holds(triangle[1], triangle[2], outer);
+            let mut holds = |outer| cover.holds(triangle[1], triangle[2], outer) && cover.holds_face(triangle, outer);
             if holds(false) {
                 return Some(corners.map(|i| self.places[i]));
             }
@@ -180,12 +175,30 @@ impl Surroundings {
 }
 
 /// A line of sight, and points as they are seen along it.
-type Seen<'a> = (&'a Sight, Vec<Point>);
+struct Seen<'a> {
+    sight: &'a Sight,
+    points: Vec<Point>,
+    /// The cross product of every two points, row by row.
+    crossed: Vec<f64>,
+}
+
+impl Seen<'_> {
+    /// Whether the triangle between three of the points meets the line.
+    fn meets(&self, [i, j, k]: [usize; 3]) -> bool {
+        let crossed = |p: usize, q: usize| self.crossed[p * self.points.len() + q];
+        self.sight.meets_between([i, j, k].map(|p| self.points[p][2]), [crossed(j, k), crossed(k, i), crossed(i, j)])
+    }
+}
 
 /// A sample of lines of sight.
 fn seen<'a>(lines: Vec<&'a Sight>, points: &[Point]) -> Vec<Seen<'a>> {
     let every = lines.len().div_ceil(SAMPLES).max(1);
-    lines.into_iter().step_by(every).map(|s| (s, points.iter().map(|p| s.seen(*p)).collect())).collect()
+    let seen = |sight: &'a Sight| {
+        let points: Vec<Point> = points.iter().map(|p| sight.seen(*p)).collect();
+        let crossed = points.iter().flat_map(|p| points.iter().map(|q| cross(*p, *q))).collect();
+        Seen { sight, points, crossed }
+    };
+    lines.into_iter().step_by(every).map(seen).collect()
 }
 
 /// Eight places outside of the box around `fronts`, `margin` quarter pixels away, in the layers of those of `centres` that lie nearest to the sides.
@@ -208,11 +221,6 @@ fn outside(fronts: &[Point], margin: f64, centres: &[Point], bounds: [Point; 2])
         Some([to[0] as i32, to[1] as i32, (nearest[2] / 4.0) as i32])
     });
     places.collect()
-}
-
-fn squared(a: Point, b: Point) -> f64 {
-    let along = sub(a, b);
-    dot(along, along)
 }
 
 /// Adds faces with vertices of their own; `cover` has their lists.

@@ -4,6 +4,7 @@ use super::{
     Goal, Silhouette,
     contract::{Facing, look},
     demands, reduce, simplify,
+    surface::Surface,
 };
 use crate::{
     math::Stop,
@@ -355,9 +356,10 @@ fn no_more_faces_than_the_literal_algorithm_leaves() {
     for solid in [house, slope] {
         for m in solid_meshes(&solid) {
             check(&m, 2.0);
-            let (ours, slow) =
-                (reduce(&m, &demands(&m, goal(2.0)), goal(2.0), &Stop::default()).unwrap(), literal(&m, 2.0));
-            assert!(ours.faces.len() <= slow.len(), "{} against {}", ours.faces.len(), slow.len());
+            let mut surface = Surface::new(&m, demands(&m, goal(2.0)), goal(2.0));
+            reduce(&mut surface, &m.voxels, &Stop::default()).unwrap();
+            let (ours, slow) = (surface.faces().count(), literal(&m, 2.0).len());
+            assert!(ours <= slow, "{ours} against {slow}");
         }
     }
 }

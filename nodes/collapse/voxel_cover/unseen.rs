@@ -3,12 +3,11 @@
 //! What contractions push behind other faces is seen from nowhere, but it holds on to its neighbours. The mesh is drawn under
 //! shears; a face that is never in front goes, unless a visible voxel is covered by no other.
 
+use super::surface::Surface;
 use crate::{
-    array::Array,
     math::{Stop, Stopped},
     voxel::{
-        VoxelMesh,
-        assemble::split_bow_ties,
+        Voxel,
         shear::{draw, under_all},
         touch::Point,
     },
@@ -21,59 +20,27 @@ const SCALE: f64 = 2.0;
 /// How many layers behind the nearest face another still counts as seen: faces that lie in each other.
 const BEHIND: f32 = 0.05;
 
-/// `mesh` without the faces that are seen from nowhere in the cell and that no voxel needs.
-pub fn without_unseen(mesh: &VoxelMesh, stop: &Stop) -> Result<VoxelMesh, Stopped> {
-    let faces: Vec<_> = (0..mesh.faces.len()).map(|f| mesh.triangle(f)).collect();
-    let seen = seen(&faces, stop)?;
-    let mut count = vec![0u32; mesh.voxels.len()];
-    mesh.cover.iter().for_each(|v| count[*v as usize] += 1);
-    let mut keep = vec![true; faces.len()];
-    for f in (0..faces.len()).filter(|f| !seen[*f]) {
-        // On a seam the other frustum has the same edge.
-        let on_seam = mesh.faces[f].iter().any(|v| mesh.flags[*v as usize] & 1 == 1);
-        let needed = |v: &u32| count[*v as usize] == 1 && mesh.voxels[*v as usize].ring == 0;
-        if !on_seam && !mesh.covered_by(f).iter().any(needed) {
-            keep[f] = false;
-            mesh.covered_by(f).iter().for_each(|v| count[*v as usize] -= 1);
-        }
-    }
-    select(mesh, |f| keep[f], stop)
-}
-
-/// The faces that `keep` admits, as a mesh over the same voxels.
-fn select(mesh: &VoxelMesh, keep: impl Fn(usize) -> bool, stop: &Stop) -> Result<VoxelMesh, Stopped> {
-    let (mut number, mut vertices, mut flags) = (vec![u32::MAX; mesh.vertices.len()], Vec::new(), Vec::new());
-    let (mut faces, mut start, mut cover) = (Vec::new(), vec![0], Vec::new());
-    for f in (0..mesh.faces.len()).filter(|f| keep(*f)) {
-        faces.push(mesh.faces[f].map(|v| {
-            let slot = &mut number[v as usize];
-            if *slot == u32::MAX {
-                *slot = vertices.len() as u32;
-                vertices.push(mesh.vertices[v as usize]);
-                flags.push(mesh.flags[v as usize]);
+impl Surface {
+    /// Drops the faces that are seen from nowhere in the cell and that no voxel needs; `voxels` are the mesh's.
+    pub fn drop_unseen(&mut self, voxels: &[Voxel], stop: &Stop) -> Result<(), Stopped> {
+        let faces: Vec<u32> = self.faces().collect();
+        let triangles: Vec<_> = faces.iter().map(|f| self.triangle(*f)).collect();
+        let seen = seen(&triangles, stop)?;
+        let mut kept = Vec::with_capacity(faces.len());
+        for (f, seen) in faces.into_iter().zip(seen) {
+            let corners = self.topology.corners(f);
+            // On a seam the other frustum has the same edge.
+            let on_seam = || corners.iter().any(|v| self.locked[*v as usize]);
+            let needed = |v: &u32| self.cover.is_named_once(*v) && voxels[*v as usize].ring == 0;
+            if seen || on_seam() || self.cover.list(f).iter().any(needed) {
+                kept.push(f);
+            } else {
+                self.cover.clear(f);
+                corners.iter().for_each(|v| self.note(*v));
             }
-            *slot
-        }));
-        cover.extend_from_slice(mesh.covered_by(f));
-        start.push(cover.len() as u32);
+        }
+        self.select(&kept, stop)
     }
-    // Where faces are missing, two fans may be left around a vertex.
-    for v in split_bow_ties(&mut faces, vertices.len(), stop)? {
-        vertices.push(vertices[v as usize]);
-        flags.push(flags[v as usize]);
-    }
-    Ok(VoxelMesh {
-        frustum: mesh.frustum,
-        vertices: vertices.into(),
-        flags: flags.into(),
-        faces: faces.into(),
-        cover_start: start.into(),
-        cover: cover.into(),
-        voxels: Array::clone(&mesh.voxels),
-        quarters: Array::clone(&mesh.quarters),
-        factor: mesh.factor,
-        alpha: mesh.alpha,
-    })
 }
 
 /// Per face whether it is in front anywhere under any shear.

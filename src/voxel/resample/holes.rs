@@ -10,16 +10,12 @@ use crate::{
     voxel::{
         gaps::{Picture, VoxelBounds},
         outline::Outline,
-        shear::under_all,
+        shear::{CONTINUOUS, WIDE, under_all},
         touch::Point,
     },
 };
 use glam::DVec2;
 
-/// Shears per axis, pixels a layer: nearly all over the cell.
-const SHEARS: [f64; 9] = [-0.95, -0.7125, -0.475, -0.2375, 0.0, 0.2375, 0.475, 0.7125, 0.95];
-/// Only surfaces that span at most so many layers over three by three pixels are looked at: farther apart, what lies behind is another surface.
-const MOST_LAYERS: f32 = 4.0;
 /// Where pixels are looked at, beside their centres: gaps narrower than a pixel show between them.
 const OFFSETS: [[f64; 2]; 4] = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];
 /// The least opacity that an alpha test passes.
@@ -83,7 +79,7 @@ pub(super) fn close(
         .collect();
     let cut: Vec<bool> = textures.iter().map(|t| t.color.iter().any(|c| c[3] < 255)).collect();
     let looked = &*textures;
-    let found = under_all(&SHEARS, stop, |shear| {
+    let found = under_all(&WIDE, stop, |shear| {
         let picture = Picture::new(voxels, &bounds, shear, |n| f64::from(outline.runs[n].opacity) >= CUTOFF);
         let mut open = Vec::new();
         for offset in OFFSETS {
@@ -93,7 +89,7 @@ pub(super) fn close(
             for face in &faces {
                 let seen = picture.seen(face.corners, offset);
                 picture.draw(seen, |i, z| {
-                    let inside = picture.is_inside(i) && picture.layers(i) <= MOST_LAYERS;
+                    let inside = picture.is_inside(i) && picture.layers(i) <= CONTINUOUS;
                     if shown[i] || !inside || !picture.shows(i, z, false) {
                         return;
                     }
