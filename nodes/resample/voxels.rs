@@ -64,7 +64,7 @@ pub struct Voxels;
 impl Node for Voxels {
     const KIND: &'static str = "resample";
     const METHOD: &'static str = "voxels";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
     type Params = Params;
     type In = In;
     type Out = Out;

@@ -2,7 +2,7 @@
 //!
 //! Alpha says where a surface ends for the cell's centre. Another place of the cell may see the same surface go on there, and would look
 //! through it. So opaque voxels and textured faces are drawn under shears, as in [`crate::voxel::gaps`]; where a face lies at the inside of a surface and
-//! is transparent there, its texels become opaque.
+//! is transparent there, its texels become more opaque, by no more than closes the hole: beside it the surface may end.
 
 use super::{Texture, charts::Chart, frame, place::Space};
 use crate::{
@@ -20,6 +20,8 @@ use glam::DVec2;
 const OFFSETS: [[f64; 2]; 4] = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];
 /// The least opacity that an alpha test passes.
 const CUTOFF: f64 = 127.5;
+/// The opacity to which holes are closed: enough for the test at the places between those that are looked at, too.
+const CLOSED: f64 = 150.0;
 
 /// A place of a chart, in texels of its rectangle.
 #[derive(Clone, Copy)]
@@ -52,7 +54,7 @@ impl Textured {
     }
 }
 
-/// Makes texels opaque through which the inside of a surface would be seen as a hole.
+/// Makes texels more opaque through which the inside of a surface would be seen as a hole.
 pub(super) fn close(
     space: &Space,
     charts: &[Chart],
@@ -113,10 +115,7 @@ pub(super) fn close(
         open
     })?;
     for spot in found.into_iter().flatten() {
-        let texture = &mut textures[spot.chart as usize];
-        for (i, _) in texture.around(spot.at) {
-            texture.color[i][3] = 255;
-        }
+        textures[spot.chart as usize].close(spot.at);
     }
     Ok(())
 }
@@ -134,6 +133,19 @@ impl Texture {
             let along = |part: f64, k: usize| if k == 0 { 1.0 - part } else { part };
             (y * self.width + x, along(part.x, i) * along(part.y, j))
         })
+    }
+
+    /// Brings the four texels around a place as much nearer to opaque, all by one share, as makes it [`CLOSED`].
+    fn close(&mut self, at: DVec2) {
+        let opacity = self.opacity(at);
+        if opacity >= CLOSED {
+            return;
+        }
+        let share = (CLOSED - opacity) / (255.0 - opacity);
+        for (i, _) in self.around(at) {
+            let alpha = f64::from(self.color[i][3]);
+            self.color[i][3] = (alpha + share * (255.0 - alpha)).ceil() as u8;
+        }
     }
 
     fn opacity(&self, at: DVec2) -> f64 {
@@ -164,12 +176,12 @@ mod tests {
                 let [width, height] = frame(c, 2).1.map(|s| s as usize);
                 let alpha = |i: usize| if cut(i % width, i / width, width) { 0 } else { 255 };
                 let color: Vec<[u8; 4]> = (0..width * height).map(|i| [9, 9, 9, alpha(i)]).collect();
-                before.extend(color.iter().map(|c| c[3] == 0));
+                before.extend(color.iter().map(|c| f64::from(c[3]) < CUTOFF));
                 Texture { width, color, normal: Vec::new() }
             })
             .collect();
         close(&space, &charts, &outline, &mut textures, 2, &Stop::default()).unwrap();
-        let after = textures.iter().flat_map(|t| t.color.iter().map(|c| c[3] == 0));
+        let after = textures.iter().flat_map(|t| t.color.iter().map(|c| f64::from(c[3]) < CUTOFF));
         before.into_iter().zip(after).collect()
     }
 
@@ -182,5 +194,22 @@ mod tests {
         let edge = closed(|x, _, _| x < 3);
         assert!(edge.iter().any(|h| h.0));
         assert!(edge.iter().all(|h| h.0 == h.1), "the edge was filled");
+    }
+
+    #[test]
+    fn a_place_is_closed_by_no_more_than_it_takes() {
+        let texture =
+            |alpha: [u8; 4]| Texture { width: 2, color: alpha.map(|a| [9, 9, 9, a]).to_vec(), normal: Vec::new() };
+        for (alpha, at) in [([0; 4], [0.9, 1.2]), ([0, 255, 40, 90], [0.7, 1.4]), ([0, 0, 0, 255], [1.0, 1.0])] {
+            let (mut closed, at) = (texture(alpha), DVec2::from(at));
+            let before = closed.opacity(at);
+            assert!(before < CUTOFF);
+            closed.close(at);
+            assert!((CLOSED..CLOSED + 1.0).contains(&closed.opacity(at)), "{}", closed.opacity(at));
+            assert!(closed.color.iter().zip(alpha).all(|(c, a)| c[3] >= a));
+            let again = closed.color.clone();
+            closed.close(at);
+            assert_eq!(closed.color, again);
+        }
     }
 }
