@@ -21,7 +21,7 @@ const OFFSETS: [[f64; 2]; 4] = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0
 /// The least opacity that an alpha test passes.
 const CUTOFF: f64 = 127.5;
 /// The opacity to which holes are closed: enough for the test at the places between those that are looked at, too.
-const CLOSED: f64 = 150.0;
+const CLOSED: f64 = 200.0;
 
 /// A place of a chart, in texels of its rectangle.
 #[derive(Clone, Copy)]
