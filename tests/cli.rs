@@ -507,7 +507,7 @@ fn a_solid_becomes_a_sprite_that_tells_inside_from_outside() {
 fn a_number_of_triangles_is_met() {
     let folder = tempfile::tempdir().unwrap();
     let bake = |more: &[&str]| {
-        let knobs = ["bake", "tdm", "--set", "resolution=96", "--set", "views=8"];
+        let knobs = ["bake", "tdm", "--set", "resolution=160", "--set", "views=8"];
         farfield(folder.path(), &[&knobs[..], more].concat())
     };
     let figures = || {
