@@ -7,7 +7,7 @@ use super::{
     contract::{Facing, look, within_80_degrees},
     surface::Surface,
 };
-use crate::voxel::touch::{Point, normal};
+use crate::voxel::touch::{Point, normal, squared};
 
 /// The largest hole whose triangulations are all tried: 8 sides have 132.
 pub const MOST_SIDES: usize = 8;
@@ -82,10 +82,7 @@ impl Surface {
         {
             return false;
         }
-        let squared = |i: u8, j: u8| {
-            let (p, q) = (points[i as usize], points[j as usize]);
-            (0..3).map(|k| (p[k] - q[k]) * (p[k] - q[k])).sum::<f64>()
-        };
+        let squared = |i: u8, j: u8| squared(points[i as usize], points[j as usize]);
         let mut order: Vec<(f64, usize)> = all.0[n]
             .iter()
             .enumerate()

@@ -107,11 +107,9 @@ impl super::cover::Cover {
         let every = self.collected_count().div_ceil(SAMPLES).max(1);
         let fit = Fit::of(faces);
         let of = |(centre, demand): (&Point, Demand)| {
-            let mut sample = Sample { centre: *centre, demand, last: [0; 2] };
-            let mut last = sample.last;
-            let misses = fit.misses(&sample, &mut last);
-            sample.last = last;
-            (misses, sample)
+            let mut last = [0; 2];
+            let misses = fit.misses(centre, demand, &mut last);
+            (misses, Sample { centre: *centre, demand, last })
         };
         let (missed, met): (Vec<_>, Vec<_>) = self.collected().step_by(every).map(of).partition(|s| s.0 > 0);
         let sum = missed.iter().map(|s| s.0).sum();
@@ -135,9 +133,9 @@ impl Fit {
 
     /// 1 if no face touches the voxel's box, which is not enlarged; where the surface ends and the faces leave the voxel's centre bare,
     /// [`BARE_END`] more. `last`: see [`Sample::last`].
-    fn misses(&self, sample: &Sample, last: &mut [usize; 2]) -> usize {
-        let apart = !any_touches(&self.touchers, &sample.centre, &mut last[0]);
-        let bare = sample.demand == Demand::End && !any_touches(&self.covering, &sample.centre, &mut last[1]);
+    fn misses(&self, centre: &Point, demand: Demand, last: &mut [usize; 2]) -> usize {
+        let apart = !any_touches(&self.touchers, centre, &mut last[0]);
+        let bare = demand == Demand::End && !any_touches(&self.covering, centre, &mut last[1]);
         usize::from(apart) + if bare { BARE_END } else { 0 }
     }
 
@@ -145,7 +143,7 @@ impl Fit {
     fn loose(&self, samples: &[Sample], most: usize) -> usize {
         let mut sum = 0;
         for s in samples {
-            sum += self.misses(s, &mut s.last.clone());
+            sum += self.misses(&s.centre, s.demand, &mut s.last.clone());
             if sum >= most {
                 return most;
             }
